@@ -47,8 +47,8 @@ class RecordedSession {
   std::optional<std::string> record(const MeshState& state, const SavedTick* saved = nullptr);
   void sync() const noexcept { log_.sync_seeds(); }
 
-  /// The catheters that lie in the patient, of a fraction: score() and end() write them as catheters.csv. Threads: one,
-  /// any.
+  /// The catheters that lie in the patient, of a fraction: score() and end() write them as catheters.csv.
+  /// Threads: any one.
   void keep(std::vector<CatheterCourse> catheters);
 
   /// Appends a study, whose time is that of this run. Returns the text of a failure, else "".
@@ -64,13 +64,13 @@ class RecordedSession {
   std::string end(const Exercise* exercise, std::int64_t utc_ns);
 
  private:
+  void write_catheters() const;
+
   const Scene scene_;
   const SessionPlan plan_;
   SessionLog log_;
   SessionManifest manifest_;
   std::string failure_;
-
-  void write_catheters() const;
   mutable HandOver<std::optional<std::vector<CatheterCourse>>> catheters_;  // from keep(); none: not known
 };
 

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "apps/score/hdr_report.h"
 #include "apps/score/report_charts.h"
@@ -82,10 +83,12 @@ std::string catheter_section(const FractionReport& report) {
                      c.needle ? seconds(again) : "–", figure(n ? n->passes : std::nullopt),
                      figure(n ? n->largest_force_n : kNoNumber, 2));
   }
-  for (const std::uint32_t needle : report.fraction.unplanned)
-    rows += html_row(std::string("not planned"), std::to_string(needle), std::string("–"), std::string("–"),
-                     std::string("–"), std::string("–"), std::string("–"), std::string("–"), std::string("–"),
-                     std::string("–"));
+  constexpr std::size_t kUnknown = 8;  // columns
+  for (const std::uint32_t needle : report.fraction.unplanned) {
+    rows += "<tr>" + html_cell("not planned") + html_cell(std::to_string(needle));
+    for (std::size_t i = 0; i < kUnknown; ++i) rows += html_cell("–");
+    rows += "</tr>\n";
+  }
   std::string out =
       "<h2 class=\"next\">Catheters</h2>\n" +
       html_table(

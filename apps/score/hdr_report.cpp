@@ -135,22 +135,17 @@ std::string to_json(const FractionReport& report) {
     json["catheters"].push_back(std::move(one));
   }
   json["unplanned_needles"] = fraction.unplanned;
+  // What an implant's report has, too, is written as there.
+  const auto shared = nlohmann::ordered_json::parse(to_json(report.score));
   json["findings"] = nlohmann::ordered_json::array();
-  for (const Finding& f : report.score.findings) {
-    nlohmann::ordered_json one = {{"text", f.text}, {"cause", f.cause}, {"catheters", f.needles}};
-    one["cost"] = nullptr;
-    if (f.cost)
-      one["cost"] = {{"v100_percent", f.cost->v100_percent},
-                     {"d90_gy", f.cost->d90_gy},
-                     {"urethra_d30_gy", f.cost->urethra_d30_gy},
-                     {"rectum_d2cc_gy", f.cost->rectum_d2cc_gy}};
-    json["findings"].push_back(std::move(one));
-  }
+  for (const auto& f : shared.at("findings"))
+    json["findings"].push_back({{"text", f.at("text")},
+                                {"cause", f.at("cause")},
+                                {"catheters", f.at("needles")},
+                                {"cost", f.at("cost")}});
   json["dose"] = {{"plan", figures_json(fraction.plan, fraction.prescription_gy)},
                   {"delivered", figures_json(fraction.delivered, fraction.prescription_gy)},
                   {"reoptimised", figures_json(fraction.reoptimised, fraction.prescription_gy)}};
-  // What an implant's report has, too, is written as there.
-  const auto shared = nlohmann::ordered_json::parse(to_json(report.score));
   for (const char* key :
        {"notice", "recording", "about", "remarks", "verdict", "structures_entered", "needles"})
     json[key] = shared.at(key);

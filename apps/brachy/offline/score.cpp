@@ -100,45 +100,43 @@ bool is_same_plan(Plan a, const Plan& b, const TemplateGrid& grid) {
   return to_csv(a, grid) == to_csv(b, grid);
 }
 
-constexpr const char* kAnotherPlan = "What if: scored against another plan than the session's own.";
-
-[[noreturn]] void refuse_plan(const ScoreOptions& options) {
-  throw UserError(options.plan->string() + ": is not the plan of the session " + options.recording->string() +
-                  "; leave out --plan for its own, or add --what-if and --out");
+/// The plan that was given, else the session's own; another than that only for what if.
+template <class AnyPlan>
+AnyPlan chosen_plan(const ScoreOptions& options, Scoring& scoring, const std::optional<AnyPlan>& given,
+                    const std::optional<AnyPlan>& own, bool is_same) {
+  if (!given && !own) throw UserError(no_plan(options));
+  if (!given) return *own;
+  if (own && !is_same) {
+    if (!options.what_if)
+      throw UserError(options.plan->string() + ": is not the plan of the session " +
+                      options.recording->string() +
+                      "; leave out --plan for its own, or add --what-if and --out");
+    scoring.remarks.push_back("What if: scored against another plan than the session's own.");
+  }
+  return *given;
 }
 
 Plan plan_of(const ScoreOptions& options, Scoring& scoring) {
   const Scene& scene = scoring.scene;
-  std::optional<Plan> own;
-  if (scoring.manifest) own = plan_of(*scoring.manifest, scene);
-  if (options.plan) {
-    Plan given = load_plan(*options.plan, scene.template_grid, scene.needle.length_mm);
-    if (!own || is_same_plan(given, *own, scene.template_grid)) return given;
-    if (!options.what_if) refuse_plan(options);
-    scoring.remarks.push_back(kAnotherPlan);
-    return given;
-  }
-  if (own) return *own;
-  if (!scoring.manifest)
-    if (const auto plan = load_plan(scene)) return *plan;
-  throw UserError(no_plan(options));
+  std::optional<Plan> given, own;
+  if (options.plan) given = load_plan(*options.plan, scene.template_grid, scene.needle.length_mm);
+  if (scoring.manifest)
+    own = plan_of(*scoring.manifest, scene);
+  else if (!given)
+    own = load_plan(scene);
+  return chosen_plan(options, scoring, given, own,
+                     given && own && is_same_plan(*given, *own, scene.template_grid));
 }
 
 HdrPlan hdr_plan_of(const ScoreOptions& options, Scoring& scoring) {
   const Scene& scene = scoring.scene;
-  std::optional<HdrPlan> own;
-  if (scoring.manifest) own = hdr_plan_of(*scoring.manifest, scene);
-  if (options.plan) {
-    HdrPlan given = load_hdr_plan(*options.plan, scene.template_grid, scene.needle.length_mm);
-    if (!own || to_toml(*own, scene.template_grid) == to_toml(given, scene.template_grid)) return given;
-    if (!options.what_if) refuse_plan(options);
-    scoring.remarks.push_back(kAnotherPlan);
-    return given;
-  }
-  if (own) return *own;
-  if (!scoring.manifest)
-    if (auto plan = load_hdr_plan(scene)) return *plan;
-  throw UserError(no_plan(options));
+  std::optional<HdrPlan> given, own;
+  if (options.plan) given = load_hdr_plan(*options.plan, scene.template_grid, scene.needle.length_mm);
+  if (scoring.manifest)
+    own = hdr_plan_of(*scoring.manifest, scene);
+  else if (!given)
+    own = load_hdr_plan(scene);
+  return chosen_plan(options, scoring, given, own, given == own);
 }
 
 /// The JSON beside --out.

@@ -101,8 +101,10 @@ void run_fraction_loop(const std::stop_token& stop, Clock& clock, const Scene& s
     if (!ports.ticks.update()) return std::nullopt;
     const ImagedTick& tick = ports.ticks.value();
     if (!field.take(tick, ports.models.value())) return std::nullopt;
-    return catheter_courses(field.model(), field.field(), field.verdict(), tick.frame, tick.instruments, plan,
-                            deepest_mm);
+    auto courses = catheter_courses(field.model(), field.field(), field.verdict(), tick.frame,
+                                    tick.instruments, plan, deepest_mm);
+    ports.keep(courses);
+    return courses;
   };
   DeadlineTimer timer(kFractionPeriodNs, clock.now_ns() + kFractionPeriodNs, clock);
   for (; !stop.stop_requested(); timer.wait()) {
@@ -114,12 +116,11 @@ void run_fraction_loop(const std::stop_token& stop, Clock& clock, const Scene& s
     if (last && !has_moved(*last, dwells)) continue;
     auto message = dose.of(dwells, stop);
     if (!message) break;
-    ports.keep(*courses);
     last = std::move(dwells);
     ports.deliver(std::move(*message));
     next_ns = clock.now_ns() + kRestOfTime * (clock.now_ns() - start_ns);
   }
-  if (const auto courses = courses_now()) ports.keep(*courses);
+  courses_now();
 }
 
 }  // namespace brachy

@@ -15,6 +15,7 @@
 #include "core/base/version.h"
 #include "core/brachytherapy/dose/dose_seed_file.h"
 #include "core/brachytherapy/hdr/hdr_plan_file.h"
+#include "core/brachytherapy/plan/hole_names.h"
 #include "core/brachytherapy/plan/plan_file.h"
 #include "core/brachytherapy/structures/anatomy.h"
 #include "core/geometry/mesh_io/ply_writer.h"
@@ -67,12 +68,9 @@ std::string scene_text(const ImportedCase& imported, bool has_plan) {
   text += colour_line(gland);
   text += "\n[box]\nsize_mm = " + list_text(size) + "\ncentre_mm = " + list_text(centre) + "\n";
   const TemplateGrid& grid = imported.grid;
-  text += fmt::format(
-      "\n[template]\ncolumns = {}\nrows = {}\nspacing_mm = {}\norigin_mm = {}\nletters_from = \"{}\"  # of "
-      "the "
-      "patient, as clinical templates have it\nhalf_steps = {}\n",
-      grid.columns, grid.rows, exact_text(grid.spacing_mm), list_text(grid.origin_mm), grid.letters_from,
-      grid.half_steps);
+  text += fmt::format("\n[template]\ncolumns = {}\nrows = {}\nspacing_mm = {}\norigin_mm = {}\n",
+                      grid.columns, grid.rows, exact_text(grid.spacing_mm), list_text(grid.origin_mm));
+  text += hole_names_toml(grid);
   if (has_plan) text += "\n[plan]\nfile = \"plan.toml\"\n";
   if (imported.plan && imported.plan->hdr)
     text += fmt::format("\n[needle]\ncount = {}\n\n[implant]\nkind = \"hdr\"\n",
