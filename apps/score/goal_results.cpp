@@ -28,17 +28,11 @@ std::string verdict_of(const std::vector<GoalResult>& results, bool of_plan) {
 
 }  // namespace
 
-double value_of(const DoseGoal& goal, const DoseStage& stage) {
-  const auto found = std::ranges::find(stage.structures, goal.structure, &StructureDose::name);
-  const DoseIndex* index = find_dose_index(goal.figure);
-  return found != stage.structures.end() && index ? (*found).*index->value : kNoNumber;
-}
-
 std::vector<GoalResult> judge(const std::vector<DoseGoal>& goals, const DoseScore& dose) {
   std::vector<GoalResult> results;
   for (const DoseGoal& goal : goals) {
     GoalResult result{goal,
-                      value_of(goal, goal.is_of_plan() ? dose.plan : dose.rest),
+                      goal.value_in((goal.is_of_plan() ? dose.plan : dose.rest).structures),
                       goal.limit_for(dose.prescription_gy),
                       {}};
     if (std::isfinite(result.value)) result.is_met = goal.is_met_by(result.value, dose.prescription_gy);

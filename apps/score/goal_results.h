@@ -18,9 +18,6 @@ struct GoalResult {
   std::optional<bool> is_met;
 };
 
-/// A goal's figure in its unit; kNoNumber: the stage has no such structure, or nothing is known.
-double value_of(const DoseGoal& goal, const DoseStage& stage);
-
 /// Goals of the plan by DoseScore::plan, of the implant by DoseScore::rest.
 std::vector<GoalResult> judge(const std::vector<DoseGoal>& goals, const DoseScore& dose);
 

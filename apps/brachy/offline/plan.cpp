@@ -7,6 +7,7 @@
 #include "apps/brachy/offline/hdr_plan_tool.h"
 #include "apps/brachy/offline/plan_report.h"
 #include "apps/brachy/offline/plan_session.h"
+#include "apps/brachy/offline/plan_strengths.h"
 #include "apps/command_line/output_file.h"
 #include "apps/command_line/tool.h"
 #include "apps/session/session_manifest.h"
@@ -37,7 +38,11 @@ struct PlanOptions {
   std::string method = "annealing";
   bool robust = false;
   std::optional<double> strength_u;
-  std::optional<int> max_needles, max_seeds;
+  std::vector<double> strengths_u;  ///< to compare; empty: one plan
+  std::optional<int> max_needles, max_seeds, max_seeds_per_needle;
+  bool fewest_needles = false;
+  std::vector<std::string> forbidden, locked;  ///< holes
+  Margins margins;
   std::uint64_t seed = 1;
   double seconds = 60;                          ///< of the integer programme's solver
   std::optional<std::filesystem::path> placed;  ///< seeds in place
@@ -63,6 +68,23 @@ PlacedSeeds load_placed(const std::filesystem::path& file) {
   return placed;
 }
 
+/// Throws UserError where the template has no such hole.
+void check_holes(const std::vector<std::string>& holes, const char* option, const TemplateGrid& grid) {
+  for (const std::string& hole : holes)
+    if (!grid.position(hole)) throw UserError(std::string(option) + " " + hole + ": " + grid.lacks(hole));
+}
+
+/// The needles through those holes alone.
+Plan needles_in(Plan plan, const std::vector<std::string>& holes) {
+  for (const std::string& hole : holes)
+    if (std::ranges::find(plan.needles, hole, &PlanNeedle::hole) == plan.needles.end())
+      throw UserError("--lock " + hole + ": the plan has no needle there");
+  std::erase_if(plan.needles, [&](const PlanNeedle& needle) {
+    return std::ranges::find(holes, needle.hole) == holes.end();
+  });
+  return plan;
+}
+
 Plan written_plan(const PlanOptions& options, const Scene& scene) {
   if (options.plan) return load_plan(*options.plan, scene.template_grid, scene.needle.length_mm);
   if (auto plan = load_plan(scene)) return *plan;
@@ -82,6 +104,22 @@ PlanRequest request_of(const PlanOptions& options, const Scene& scene) {
   request.how.seed = options.seed;
   request.how.most_needles = static_cast<std::size_t>(options.max_needles.value_or(0));
   request.how.most_seeds = static_cast<std::size_t>(options.max_seeds.value_or(0));
+  request.how.most_seeds_a_needle =
+      static_cast<std::size_t>(options.max_seeds_per_needle.value_or(NeedleLoad::kMostElements));
+  request.fewest_needles = options.fewest_needles;
+  request.margins = options.margins;
+  check_holes(options.forbidden, "--forbid", scene.template_grid);
+  check_holes(options.locked, "--lock", scene.template_grid);
+  request.how.forbidden_holes = options.forbidden;
+  if (!options.locked.empty()) {
+    request.how.kept = needles_in(written_plan(options, scene), options.locked);
+    request.settings.source = request.how.kept->source;
+    request.settings.prescription_gy = request.how.kept->prescription_gy;
+    if (!request.strength_u) request.strength_u = request.how.kept->air_kerma_strength_u;
+    if (*request.strength_u != request.how.kept->air_kerma_strength_u)
+      throw UsageError("--lock keeps needles of " + text_of(request.how.kept->air_kerma_strength_u) +
+                       " U a seed: leave out --strength-u");
+  }
   if (options.robust) {
     request.how.make_robust();
     request.how.noise = placement_noise(scene.uncertainty, seed_misplacement(scene));
@@ -144,8 +182,13 @@ double customary_u(const Plan& plan, const Structure& gland) {
 int run_plan(const PlanOptions& options) {
   if (options.placed && !options.generate)
     throw UsageError("--placed plans what is left; give --generate too");
-  if (options.plan && options.generate && !options.placed)
-    throw UsageError("--generate makes a plan; leave out " + options.plan->string() + ", or give --placed");
+  if (options.plan && options.generate && !options.placed && options.locked.empty())
+    throw UsageError("--generate makes a plan; leave out " + options.plan->string() +
+                     ", or give --placed or --lock");
+  if (options.method != "annealing" && (options.fewest_needles || options.max_seeds_per_needle ||
+                                        !options.forbidden.empty() || !options.locked.empty()))
+    throw UsageError(
+        "--lock, --forbid, --fewest-needles and --max-seeds-per-needle are of --method annealing");
   if (options.out && options.out->extension() != ".toml" && options.out->extension() != ".csv")
     throw UsageError("--out writes a plan: name it .toml or .csv");
   Scene scene = options.placed   ? load_scene_for(*options.placed, options.config, options.what_if).scene
@@ -158,6 +201,9 @@ int run_plan(const PlanOptions& options) {
          options.trajectory, options.speed_mm_s, options.json, options.force},
         scene);
   const std::vector<Structure> structures = load_structures(scene);
+  if (!options.strengths_u.empty())
+    return compare_strengths(options.strengths_u, request_of(options, scene), structures, scene,
+                             options.json);
   const PlacedSeeds placed = options.placed ? load_placed(*options.placed) : PlacedSeeds();
   const MadePlan made = get_plan(options, scene, structures, placed);
   const Plan& plan = made.plan;
@@ -207,14 +253,43 @@ void declare(OptionList& list, PlanOptions& options) {
                 "that meets its goals in most treatments drawn from the scene's [uncertainty] and [noise]: "
                 "`brachy robust`")
       .needs(generate);
-  list.add("--strength-u", options.strength_u,
-           "of each seed; default: the scene's, where its source has such seeds")
-      .needs(generate);
+  const Option strength = list.add("--strength-u", options.strength_u,
+                                   "of each seed; default: the scene's, where its source has such seeds")
+                              .needs(generate);
   list.add("--max-needles", options.max_needles, "default: 25 up to 50 cc").range(1, 200).needs(generate);
   list.add("--max-seeds", options.max_seeds,
            "default: 90 up to 50 cc, or what makes up the customary strength")
       .range(1, 4096)
       .needs(generate);
+  const Option max_per_needle =
+      list.add("--max-seeds-per-needle", options.max_seeds_per_needle, "default: as its train can hold")
+          .range(1, NeedleLoad::kMostElements)
+          .needs(generate);
+  const Option fewest = list.add_flag("--fewest-needles", options.fewest_needles,
+                                      "try fewer needles until a goal is missed; some plans' time")
+                            .needs(generate);
+  const Option forbid = list.add("--forbid", options.forbidden, "holes that no needle goes through: D4,E3")
+                            .comma_separated()
+                            .needs(generate);
+  const Option lock =
+      list.add("--lock", options.locked,
+               "holes of the plan that is given (or the scene's) whose needles stay as they are")
+          .comma_separated()
+          .needs(generate);
+  const Option margin = list.add("--margin-mm", options.margins.mm, "around the gland, planned for with it")
+                            .range(0.0, 10.0)
+                            .show_default()
+                            .needs(generate);
+  list.add("--posterior-margin-mm", options.margins.posterior_mm, "the margin towards the rectum")
+      .range(0.0, 10.0)
+      .show_default()
+      .needs(generate);
+  const Option strengths =
+      list.add("--strengths", options.strengths_u, "a plan of each strength, U, in one table: 0.4,0.5,0.6")
+          .comma_separated()
+          .needs(generate)
+          .excludes(strength)
+          .excludes(lock);
   list.add("--random-seed", options.seed, "of the annealing").show_default().needs(generate);
   list.add("--seconds", options.seconds, "of cbc").range(1.0, 86400.0).show_default().needs(generate);
   const Option placed = list.add("--placed", options.placed,
@@ -222,10 +297,12 @@ void declare(OptionList& list, PlanOptions& options) {
                                  "plan the needles that "
                                  "are left")
                             .needs(generate);
+  for (const Option& other : {max_per_needle, fewest, forbid, lock, margin, strengths})
+    placed.excludes(other);
   list.add_flag("--hdr", options.hdr, "of catheters for an afterloader, as with implant.kind = \"hdr\"");
   list.add("--config", options.config, "scene file (TOML); default: the built-in phantom");
-  list.add_output("--out", options.out, "plan to write, .toml or .csv");
-  list.add_output("--csv", options.csv, "plan to write as CSV");
+  list.add_output("--out", options.out, "plan to write, .toml or .csv").excludes(strengths);
+  list.add_output("--csv", options.csv, "plan to write as CSV").excludes(strengths);
   list.add_output("--seeds", options.seeds,
                   "CSV to write, for `brachy dose`: x,y,z,ax,ay,az,source,strength_u");
   list.add_output_folder("--structures", options.structures,
@@ -252,6 +329,9 @@ Tool plan_tool() {
                                 R"(Examples:
   brachy plan --generate --config config/prostate.toml --out plan.toml
   brachy plan --generate --robust --strength-u 0.6 --out plan.toml
+  brachy plan --generate --strengths 0.4,0.5,0.6 --config config/prostate.toml
+  brachy plan edited.toml --generate --lock D4,J4 --forbid G5 --fewest-needles --out plan.toml
+  brachy plan --generate --margin-mm 3 --config config/prostate.toml
   brachy plan --generate --config config/session.toml --placed seeds.csv --out rest.toml
   brachy plan plan.toml --config config/prostate.toml --json
   brachy plan plan.toml --seeds seeds.csv --structures out/structures; brachy dose --seeds seeds.csv …

@@ -20,7 +20,7 @@ struct FigureRow {
 /// The figures whose structure the scene has.
 std::vector<FigureRow> figure_rows(const PlanReport& r) {
   std::vector<GoalResult> goals;
-  for (const GoalResult& result : judge(r.goals, {r.plan.prescription_gy, 0, r.dose, {}, {}}))
+  for (const GoalResult& result : judge(r.goals, {r.plan.prescription_gy, 0, r.dose, {}, {}, {}}))
     if (result.goal.is_of_plan() && result.is_met) goals.push_back(result);
   std::vector<FigureRow> rows;
   for (const DoseFigure& f : dose_figures()) {

@@ -203,16 +203,15 @@ std::string PlanChanges::optimise(const net::Sender& from) {
   optimiser_.post([this, from, number = ++optimisation_, plan = plan_, state = state_, lost = lost_,
                    goals = scene_.goals, is_begun = begun_at_start_] {
     const PlanLedger& ledger = plan->ledger;
-    std::vector<std::string> taken;
-    for (std::size_t n = 0; n < is_begun.size(); ++n)
-      if (is_begun[n]) taken.push_back(ledger.all().needles[n].hole);
     OptimiserSettings how = replan_settings();
+    for (std::size_t n = 0; n < is_begun.size(); ++n)
+      if (is_begun[n]) how.forbidden_holes.push_back(ledger.all().needles[n].hole);
     how.objective.add_goals(goals);
     std::optional<Plan> found;
     std::string failure;
     try {
       found = replan(structures_, scene_.template_grid, ledger.rest(is_begun),
-                     ledger.placed(state->seeds.in_tissue(), lost), scene_.needle.length_mm, how, taken)
+                     ledger.placed(state->seeds.in_tissue(), lost), scene_.needle.length_mm, how)
                   .plan;
       if (found->needles.empty()) failure = "no further seed improves the implant";
     } catch (const std::exception& e) {

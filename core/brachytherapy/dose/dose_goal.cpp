@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 namespace brachy {
 namespace {
@@ -41,6 +42,12 @@ const char* unit_text(DoseIndex::Unit unit) {
 double DoseGoal::limit_for(double prescription_gy) const {
   const DoseIndex* index = find_dose_index(figure);
   return index && index->unit == kGy ? limit / 100 * prescription_gy : limit;
+}
+
+double DoseGoal::value_in(std::span<const StructureDose> doses) const {
+  const auto found = std::ranges::find(doses, structure, &StructureDose::name);
+  const DoseIndex* index = find_dose_index(figure);
+  return found != doses.end() && index ? (*found).*index->value : std::numeric_limits<double>::quiet_NaN();
 }
 
 bool DoseGoal::is_met_by(double value, double prescription_gy) const {

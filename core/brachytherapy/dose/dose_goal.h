@@ -34,8 +34,9 @@ struct DoseGoal {
 
   bool is_of_plan() const { return stage == "plan"; }
   bool is_above() const { return side == "above"; }
-  double limit_for(double prescription_gy) const;              ///< in the figure's unit
-  bool is_met_by(double value, double prescription_gy) const;  ///< NaN: false
+  double limit_for(double prescription_gy) const;               ///< in the figure's unit
+  double value_in(std::span<const StructureDose> doses) const;  ///< NaN where its structure is not there
+  bool is_met_by(double value, double prescription_gy) const;   ///< NaN: false
   bool operator==(const DoseGoal&) const = default;
 };
 

@@ -23,12 +23,6 @@ constexpr double kMostStepMm = 3;
 constexpr std::size_t kMostPlaces = 1'000'000;  // of a box that its structure hardly fills
 constexpr std::size_t kDrawsAtOnce = 64;        // between two reports of progress
 
-double value_of(const DoseGoal& goal, const std::vector<StructureDose>& doses) {
-  const auto found = std::ranges::find(doses, goal.structure, &StructureDose::name);
-  const DoseIndex* index = find_dose_index(goal.figure);
-  return found != doses.end() && index ? (*found).*index->value : NAN;
-}
-
 /// By how much a value misses its limit, as a share of it; 0: it does not.
 double missed_by(const DoseGoal& goal, double value, double prescription_gy) {
   const double limit = goal.limit_for(prescription_gy);
@@ -195,7 +189,7 @@ RobustResult RobustJudge::judge(const PlannedSources& plan,
   const std::vector<StructureDose> planned_doses = planned_.evaluate();
   RobustResult result;
   for (const DoseGoal& goal : goals_) {
-    const double value = value_of(goal, planned_doses);
+    const double value = goal.value_in(planned_doses);
     if (goal.is_of_plan() && std::isfinite(value))
       result.goals.push_back({goal, value, std::vector<double>(settings_.draws), 0});
   }
@@ -209,7 +203,7 @@ RobustResult RobustJudge::judge(const PlannedSources& plan,
       const std::size_t n = first + i;
       const std::vector<StructureDose> doses = drawn_.evaluate(draw_implant(
           plan, middle_, settings_.uncertainty, settings_.misplacement, settings_.random_seed, n));
-      for (RobustGoal& goal : result.goals) goal.drawn[n] = value_of(goal.goal, doses);
+      for (RobustGoal& goal : result.goals) goal.drawn[n] = goal.goal.value_in(doses);
     });
   }
   double most_missed = -1;

@@ -62,4 +62,16 @@ void move_to_volume(SurfaceMesh& mesh, double volume_mm3, double most_mm) {
   }
 }
 
+SurfaceMesh with_margins(const SurfaceMesh& mesh, const Margins& margins) {
+  SurfaceMesh wider = mesh;
+  const std::vector<Vec3> normals = unit_normals(mesh);
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    const Vec3& n = normals[v];
+    const Vec3 axes(margins.mm, n.y() < 0 ? margins.posterior_mm : margins.mm, margins.mm);
+    const Vec3 scaled = axes.cwiseProduct(n);
+    if (scaled.norm() > 0) wider.vertices[v] += axes.cwiseProduct(scaled) / scaled.norm();
+  }
+  return wider;
+}
+
 }  // namespace brachy

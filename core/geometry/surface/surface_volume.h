@@ -14,4 +14,14 @@ Vec3 enclosed_centroid(const SurfaceMesh& mesh);
 /// volume_mm3 to 0.1 %, or the distance is used up.
 void move_to_volume(SurfaceMesh& mesh, double volume_mm3, double most_mm);
 
+/// How far a margin reaches, mm, each ≥ 0.
+struct Margins {
+  double mm = 0;            ///< along x, z and +y
+  double posterior_mm = 0;  ///< along −y
+};
+
+/// A closed surface with a margin around: each vertex moves by what an ellipsoid of these semi-axes reaches beyond a
+/// surface of its normal (the support function of Minkowski's sum), which is exact for convex surfaces.
+SurfaceMesh with_margins(const SurfaceMesh& mesh, const Margins& margins);
+
 }  // namespace brachy

@@ -14,7 +14,8 @@ constexpr std::size_t kReports = 100;
 
 Annealed anneal(const std::vector<NeedleChoice>& choices, std::vector<NeedleLoad> start, PlanDose& dose,
                 const AnnealingSettings& settings, const std::function<void(double share)>& progress) {
-  LoadMoves moves(choices, std::move(start), settings.most_needles, settings.most_seeds, settings.seed);
+  LoadMoves moves(choices, std::move(start), settings.most_needles, settings.most_seeds,
+                  settings.most_seeds_a_needle, settings.seed);
   const auto count_cost = [&](double needles, double seeds) {
     return settings.per_needle * needles + settings.per_seed * seeds;
   };

@@ -14,7 +14,7 @@ struct AnnealingSettings {
   std::uint64_t seed = 1;
   std::size_t proposals = 300'000;
   double first_temperature = 0.5, last_temperature = 0.002;  ///< in units of the objective
-  std::size_t most_needles = 25, most_seeds = 90;
+  std::size_t most_needles = 25, most_seeds = 90, most_seeds_a_needle = NeedleLoad::kMostElements;
   double per_needle = 0, per_seed = 0;  ///< PlanObjective's
 };
 

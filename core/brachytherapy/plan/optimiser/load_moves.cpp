@@ -30,12 +30,14 @@ void erase_element(NeedleLoad& load, int e) {
 }  // namespace
 
 LoadMoves::LoadMoves(const std::vector<NeedleChoice>& choices, std::vector<NeedleLoad> loads,
-                     std::size_t most_needles, std::size_t most_seeds, std::uint64_t seed)
+                     std::size_t most_needles, std::size_t most_seeds, std::size_t most_seeds_a_needle,
+                     std::uint64_t seed)
     : choices_(choices),
       loads_(std::move(loads)),
       near_(choices.size()),
       most_needles_(most_needles),
       most_seeds_(most_seeds),
+      most_seeds_a_needle_(most_seeds_a_needle),
       random_(seed) {
   for (std::size_t c = 0; c < choices_.size(); ++c) {
     if (loads_[c].is_used()) used_.push_back(c);
@@ -147,8 +149,11 @@ bool LoadMoves::is_allowed() {
     c.after.trim();
     if (!c.after.is_used()) c.after = {};
     if (c.after == c.before || !choices_[c.choice].holds(c.after)) return false;
+    const auto after = static_cast<std::size_t>(c.after.seed_count()),
+               before = static_cast<std::size_t>(c.before.seed_count());
+    if (after > most_seeds_a_needle_ && after > before) return false;
     needles += static_cast<std::size_t>(c.after.is_used()) - static_cast<std::size_t>(c.before.is_used());
-    seeds += static_cast<std::size_t>(c.after.seed_count()) - static_cast<std::size_t>(c.before.seed_count());
+    seeds += after - before;
   }
   return (needles <= most_needles_ || needles <= used_.size()) && (seeds <= most_seeds_ || seeds <= seeds_);
 }

@@ -14,7 +14,7 @@ namespace brachy {
 class LoadMoves {
  public:
   LoadMoves(const std::vector<NeedleChoice>& choices, std::vector<NeedleLoad> loads, std::size_t most_needles,
-            std::size_t most_seeds, std::uint64_t seed);
+            std::size_t most_seeds, std::size_t most_seeds_a_needle, std::uint64_t seed);
 
   const std::vector<NeedleLoad>& loads() const { return loads_; }
   std::size_t needles() const { return used_.size(); }
@@ -38,7 +38,7 @@ class LoadMoves {
   std::vector<NeedleLoad> loads_;
   std::vector<std::size_t> used_;
   std::vector<std::vector<std::size_t>> near_;  // holes near each
-  std::size_t seeds_ = 0, most_needles_, most_seeds_;
+  std::size_t seeds_ = 0, most_needles_, most_seeds_, most_seeds_a_needle_;
   RepeatableRandom random_;
   std::vector<LoadChange> proposal_;
 };

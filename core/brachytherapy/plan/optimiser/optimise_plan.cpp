@@ -22,6 +22,16 @@ constexpr std::size_t kCoarse = 3, kCoarseProposals = 1;
 constexpr double kFineTemperature = 0.06, kRobustTemperature = 0.2;
 constexpr double kAssumedRadiusMm = 3, kAssumedBeyondMm = 3;
 
+/// The dose of seeds at points, of the prescription; empty without any.
+std::vector<float> shares_at(const std::vector<Vec3>& points, const std::vector<DoseSeed>& seeds,
+                             double prescription_gy) {
+  std::vector<float> shares;
+  if (seeds.empty()) return shares;
+  for (const Vec3& p : points)
+    shares.push_back(static_cast<float>(total_dose_gy(seeds, p) / prescription_gy));
+  return shares;
+}
+
 /// A search: the problem made ready, and what its chains share.
 struct PlanSearch {
   const OptimiserSettings& how;
@@ -40,10 +50,8 @@ struct PlanSearch {
         points(plan_points(structures, settings.points)),
         objective(settings.objective, points),
         coarse(settings.objective, points, kCoarse),
-        rows(choices, points, source, strength_u, prescription_gy) {
-    if (!placed_seeds.empty())
-      for (const Vec3& p : points.points)
-        placed.push_back(static_cast<float>(total_dose_gy(placed_seeds, p) / prescription_gy));
+        rows(choices, points, source, strength_u, prescription_gy),
+        placed(shares_at(points.points, placed_seeds, prescription_gy)) {
     most_needles = most_needles_for(points.parts.front().volume_cc, how);
     most_seeds = most_seeds_for(points.parts.front().volume_cc, how);
   }
@@ -54,6 +62,7 @@ struct PlanSearch {
     settings.proposals = how.proposals;
     settings.most_needles = most_needles;
     settings.most_seeds = most_seeds;
+    settings.most_seeds_a_needle = how.most_seeds_a_needle;
     settings.per_needle = how.objective.per_needle;
     settings.per_seed = how.objective.per_seed;
     return settings;
@@ -87,7 +96,7 @@ Annealed search(const PlanSearch& problem, const std::vector<NeedleLoad>& start,
 
 /// From there, over the draws of the noise.
 Annealed search_robust(const PlanSearch& problem, const std::vector<Structure>& structures, const Plan& plan,
-                       const Annealed& from, const Report& progress) {
+                       const std::vector<DoseSeed>& kept, const Annealed& from, const Report& progress) {
   const PlanPoints points = plan_points(structures, {800, 96, 128, 64});
   const PointObjective misplaced(PlanObjective::misplaced(), points);
   const std::size_t chains = std::max<std::size_t>(problem.how.chains, 1);
@@ -95,7 +104,8 @@ Annealed search_robust(const PlanSearch& problem, const std::vector<Structure>& 
   share_out(chains, problem.how.threads, [&](std::size_t chain, std::size_t) {
     PlannedDose planned(problem.rows, problem.objective, problem.placed);
     MisplacedDose dose(planned, problem.choices, points, misplaced, plan.source, plan.air_kerma_strength_u,
-                       plan.prescription_gy, problem.how.noise);
+                       plan.prescription_gy, problem.how.noise, 1,
+                       shares_at(points.points, kept, plan.prescription_gy));
     AnnealingSettings settings = problem.annealing(chain);
     settings.proposals = problem.how.robust_proposals;
     settings.first_temperature = kRobustTemperature;
@@ -106,18 +116,44 @@ Annealed search_robust(const PlanSearch& problem, const std::vector<Structure>& 
   return *std::ranges::min_element(found, {}, &Annealed::objective);
 }
 
-/// Needles as rows are inserted: the anterior ones first, in each from column A on.
-void write_needles(Plan& plan, const PlanSearch& problem, const std::vector<NeedleLoad>& loads) {
-  std::vector<std::size_t> used;
+/// Needles as rows are inserted: the anterior ones first, in each from column A on. `kept`: needles of the plan, too.
+void write_needles(Plan& plan, const PlanSearch& problem, const std::vector<NeedleLoad>& loads,
+                   const TemplateGrid& grid, const Plan& kept = {}) {
+  struct Written {
+    Vec3 hole;
+    double tip_mm;
+    PlanNeedle needle;
+  };
+  std::vector<Written> all;
+  for (const PlanNeedle& needle : kept.needles)
+    all.push_back({grid.position(needle.hole).value(), kept.base_plane_mm - needle.retraction_mm, needle});
   for (std::size_t c = 0; c < loads.size(); ++c)
-    if (loads[c].is_used()) used.push_back(c);
-  std::ranges::stable_sort(used, [&](std::size_t a, std::size_t b) {
-    const Vec3 &p = problem.choices[a].position, &q = problem.choices[b].position;
-    return p.y() != q.y() ? p.y() > q.y() : p.x() < q.x();
+    if (loads[c].is_used())
+      all.push_back({problem.choices[c].position,
+                     static_cast<double>(loads[c].tip_mm),
+                     {problem.choices[c].hole, 0, loads[c].train()}});
+  std::ranges::stable_sort(all, [](const Written& a, const Written& b) {
+    return a.hole.y() != b.hole.y() ? a.hole.y() > b.hole.y() : a.hole.x() < b.hole.x();
   });
-  for (const std::size_t c : used) plan.base_plane_mm = std::max<double>(plan.base_plane_mm, loads[c].tip_mm);
-  for (const std::size_t c : used)
-    plan.needles.push_back({problem.choices[c].hole, plan.base_plane_mm - loads[c].tip_mm, loads[c].train()});
+  for (const Written& one : all) plan.base_plane_mm = std::max(plan.base_plane_mm, one.tip_mm);
+  for (Written& one : all) {
+    one.needle.retraction_mm = plan.base_plane_mm - one.tip_mm;
+    plan.needles.push_back(std::move(one.needle));
+  }
+}
+
+/// Without those through holes that are forbidden or that kept needles go through. Throws UserError where none is left.
+void leave_out_holes(std::vector<NeedleChoice>& choices, const OptimiserSettings& how) {
+  std::erase_if(choices, [&](const NeedleChoice& choice) {
+    return std::ranges::find(how.forbidden_holes, choice.hole) != how.forbidden_holes.end() ||
+           (how.kept &&
+            std::ranges::find(how.kept->needles, choice.hole, &PlanNeedle::hole) != how.kept->needles.end());
+  });
+  if (choices.empty())
+    throw UserError(
+        "no hole is left that leads through the gland: all are forbidden or have needles that are kept; "
+        "allow "
+        "some");
 }
 
 std::vector<NeedleChoice> usable_choices(const std::vector<Structure>& structures, const TemplateGrid& grid,
@@ -190,19 +226,28 @@ OptimisedPlan optimise_plan(const std::vector<Structure>& structures, const Temp
   plan.source = settings.source;
   plan.prescription_gy = settings.prescription_gy;
   plan.air_kerma_strength_u = how.strength_u;
-  PlanSearch problem(all, usable_choices(all, grid, how.clearances, settings.needle_length_mm), plan.source,
-                     how.strength_u, settings.prescription_gy, how, {});
+  std::vector<NeedleChoice> choices = usable_choices(all, grid, how.clearances, settings.needle_length_mm);
+  leave_out_holes(choices, how);
+  std::vector<DoseSeed> kept;
+  if (how.kept)
+    for (const PlannedSeed& seed : how.kept->seeds(grid)) kept.push_back(seed);
+  PlanSearch problem(all, std::move(choices), plan.source, how.strength_u, settings.prescription_gy, how,
+                     kept);
   problem.most_seeds = std::min(problem.most_seeds, settings.max_seeds);
+  if (how.kept) {
+    problem.most_needles -= std::min(problem.most_needles, how.kept->needles.size());
+    problem.most_seeds -= std::min(problem.most_seeds, kept.size());
+  }
   const double first = how.robust ? 0.4 : 1;
   Annealed found = search(problem, std::vector<NeedleLoad>(problem.choices.size()), [&](double share) {
     if (progress) progress(first * share);
   });
   if (how.robust)
-    found = search_robust(problem, all, plan, found, [&](double share) {
+    found = search_robust(problem, all, plan, kept, found, [&](double share) {
       if (progress) progress(first + (1 - first) * share);
     });
   result.objective = found.objective;
-  write_needles(plan, problem, found.loads);
+  write_needles(plan, problem, found.loads, grid, how.kept.value_or(Plan()));
   if (plan.needles.empty())
     throw UserError("no seed of " + text_of(how.strength_u) +
                     " U improves the plan: its strength is too high for the " + "gland; use weaker seeds");
@@ -239,14 +284,12 @@ OptimiserSettings replan_settings(std::uint64_t seed) {
 
 OptimisedPlan replan(const std::vector<Structure>& structures, const TemplateGrid& grid,
                      const Plan& remaining, const std::vector<DoseSeed>& placed, double needle_length_mm,
-                     const OptimiserSettings& how, std::span<const std::string> taken) {
+                     const OptimiserSettings& how) {
   OptimisedPlan result;
   const std::vector<Structure> all = with_urethra(structures, result.urethra_assumed);
   result.plan = remaining;
   std::vector<NeedleChoice> choices = usable_choices(all, grid, how.clearances, needle_length_mm);
-  std::erase_if(choices, [&](const NeedleChoice& choice) {
-    return std::ranges::find(taken, choice.hole) != taken.end();
-  });
+  leave_out_holes(choices, how);
   PlanSearch problem(all, std::move(choices), remaining.source, remaining.air_kerma_strength_u,
                      remaining.prescription_gy, how, placed);
   problem.most_needles = remaining.needles.size();
@@ -262,7 +305,7 @@ OptimisedPlan replan(const std::vector<Structure>& structures, const TemplateGri
   const Annealed found = search(problem, start, {});
   result.objective = found.objective;
   result.plan.needles.clear();
-  write_needles(result.plan, problem, found.loads);
+  write_needles(result.plan, problem, found.loads, grid);
   return result;
 }
 

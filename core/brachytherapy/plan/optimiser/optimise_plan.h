@@ -2,7 +2,7 @@
 
 #include <cstdint>
 #include <functional>
-#include <span>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +21,11 @@ struct OptimiserSettings {
   std::size_t chains = 2, threads = 2;  ///< the best chain is used; threads change the time, not the plan
   std::size_t most_needles = 0;         ///< 0: 25, beyond 50 cc in proportion to the gland's surface
   std::size_t most_seeds = 0;  ///< 0: 90, beyond 50 cc in proportion to the volume; never above PlanSettings
+  std::size_t most_seeds_a_needle = NeedleLoad::kMostElements;
+  std::vector<std::string> forbidden_holes;  ///< no needle is put through them
+  /// Needles that stay as they are, through whatever hole and however deep, of `strength_u`; the limits above count
+  /// them. Over draws of the noise they lie as planned.
+  std::optional<Plan> kept;
   NeedleClearances clearances;
   PlanPointCounts points;
   PlanObjective objective = PlanObjective::standard();
@@ -45,7 +50,8 @@ struct OptimisedPlan {
 
 /// Chooses holes, depths and trains for the gland, `structures.front()`, with seeds of the given strength: simulated
 /// annealing from an empty template over PlanObjective (README.md). Without a "urethra" one is assumed
-/// (with_urethra). Deterministic: the same settings give the same plan on every machine.
+/// (with_urethra). The plan has `how.kept` and what is chosen around it. Deterministic: the same settings give the same
+/// plan on every machine.
 /// Errors: UserError as find_needle_choices, and where no hole is left; and where no seed reaches the gland.
 /// `progress`, if any, is called with the share done, from this thread.
 /// Not real-time. Some 3 s, two threads; robust some more.
@@ -60,11 +66,10 @@ Plan remaining_needles(const Plan& plan, const TemplateGrid& grid, const std::ve
 
 /// What is left to do: the plan's needles that are not in yet, for an implant whose other seeds lie where they lie.
 /// Chooses holes, depths and trains of `remaining` again, with no more needles than it has, given the dose of `placed`.
-/// `taken`: holes through which none may go.
 /// Under 1 s with replan_settings(). Errors: as optimise_plan.
 OptimisedPlan replan(const std::vector<Structure>& structures, const TemplateGrid& grid,
                      const Plan& remaining, const std::vector<DoseSeed>& placed, double needle_length_mm,
-                     const OptimiserSettings& how, std::span<const std::string> taken = {});
+                     const OptimiserSettings& how);
 OptimiserSettings replan_settings(std::uint64_t seed = 1);
 
 /// The needles and seeds that a gland may have at most: what `how` says, or what is customary.

@@ -119,12 +119,13 @@ void refuse_too_many_seeds(const SeedNeed& need, const PlanSettings& settings) {
                     advice_on_seeds(need, settings.source));
 }
 
-double v100_percent(const Plan& plan, const TemplateGrid& grid, const Structure& gland) {
+std::vector<StructureDose> doses_of(const Plan& plan, const TemplateGrid& grid,
+                                    const std::vector<Structure>& structures) {
   DoseSettings settings;
   settings.prescription_gy = plan.prescription_gy;
-  ImplantDose dose({gland}, settings);
+  ImplantDose dose(structures, settings);
   for (const PlannedSeed& seed : plan.seeds(grid)) dose.add(seed);
-  return dose.evaluate().front().v100_percent;
+  return dose.evaluate();
 }
 
 double least_v100_percent(const std::vector<DoseGoal>& goals) {
@@ -153,6 +154,47 @@ void refuse_uncovered(const Plan& plan, double v100, double least, const PlanReq
                     text_of(least) + " %; use " + advice);
 }
 
+/// The first goal of a plan that it misses, "urethra D30 131 Gy"; empty: it meets all.
+std::string missed_goal(const Plan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,
+                        const std::vector<DoseGoal>& goals) {
+  const std::vector<StructureDose> doses = doses_of(plan, grid, structures);
+  for (const DoseGoal& goal : goals.empty() ? default_dose_goals() : goals) {
+    const double value = goal.value_in(doses);
+    if (goal.is_of_plan() && std::isfinite(value) && !goal.is_met_by(value, plan.prescription_gy))
+      return goal.structure + " " + goal.figure + " " + rounded(value, 0.1) + " " +
+             unit_text(find_dose_index(goal.figure)->unit);
+  }
+  return "";
+}
+
+/// A plan with the fewest needles that meets the goals, where `plan` meets them.
+Plan with_fewest_needles(const Plan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,
+                         const PlanRequest& request, OptimiserSettings how, std::vector<std::string>& notes) {
+  Plan fewest = plan;
+  std::string missed = missed_goal(plan, grid, structures, request.goals);
+  if (!missed.empty()) {
+    notes.push_back("fewest needles: not looked for, as the plan misses " + missed);
+    return plan;
+  }
+  // One that misses a goal, and one more than it that is not known to.
+  std::size_t too_few = how.kept ? how.kept->needles.size() : 0;
+  while (too_few + 1 < fewest.needles.size()) {
+    how.most_needles = (too_few + fewest.needles.size()) / 2;
+    const Plan tried = optimise_plan(structures, grid, request.settings, how).plan;
+    const std::string misses = missed_goal(tried, grid, structures, request.goals);
+    if (misses.empty() && tried.needles.size() < fewest.needles.size()) {
+      fewest = tried;
+    } else {
+      too_few = how.most_needles;
+      missed = misses;
+    }
+  }
+  notes.push_back(
+      "fewest needles: " + std::to_string(fewest.needles.size()) +
+      (missed.empty() ? "" : "; with " + std::to_string(too_few) + " the plan found misses " + missed));
+  return fewest;
+}
+
 void refuse_what_the_loader_refuses(const Plan& plan, const TemplateGrid& grid, double needle_length_mm) {
   try {
     if (parse_plan_toml(to_toml(plan, grid), "the plan", grid, needle_length_mm) == plan) return;
@@ -174,11 +216,18 @@ MadePlan make_plan(const std::vector<Structure>& structures, const TemplateGrid&
         "urethra assumed: the scene has none; a straight one of 3 mm radius along z through the middle of "
         "the gland's "
         "box stands in for it");
-  const SurfaceBvh surface(structures.front().mesh);
+  std::vector<Structure> planned = made.structures;
+  if (request.margins.mm > 0 || request.margins.posterior_mm > 0) {
+    planned.front().mesh = with_margins(planned.front().mesh, request.margins);
+    made.structures.push_back({"target", planned.front().mesh});
+  }
+  std::vector<Structure> of_scene = structures;
+  of_scene.front() = planned.front();
+  const SurfaceBvh surface(planned.front().mesh);
   const PlanSettings& settings = request.settings;
-  refuse_unreached(structures.front(), surface, grid, settings.needle_length_mm);
+  refuse_unreached(planned.front(), surface, grid, settings.needle_length_mm);
   if (request.method == PlanMethod::kRule) {
-    made.plan = generate_plan(structures, grid, settings, progress);
+    made.plan = generate_plan(of_scene, grid, settings, progress);
     const auto limits = source_limits(settings.source);
     const double u = made.plan.air_kerma_strength_u;
     if (limits && !(u >= limits->least_u && u <= limits->most_u))
@@ -189,14 +238,22 @@ MadePlan make_plan(const std::vector<Structure>& structures, const TemplateGrid&
     OptimiserSettings how = request.how;
     how.strength_u = choose_strength(request, made.notes);
     how.objective.add_goals(request.goals);
-    const SeedNeed need = seed_need(structures.front(), surface, how, settings);
+    const SeedNeed need = seed_need(planned.front(), surface, how, settings);
     how.most_seeds = need.most_seeds;
     refuse_too_many_seeds(need, settings);
     made.plan = request.method == PlanMethod::kInteger
-                    ? integer_plan(made.structures, grid, settings, how, request.solve)
-                    : optimise_plan(made.structures, grid, settings, how, progress).plan;
-    refuse_uncovered(made.plan, v100_percent(made.plan, grid, structures.front()),
-                     least_v100_percent(request.goals), request, need);
+                    ? integer_plan(planned, grid, settings, how, request.solve)
+                    : optimise_plan(planned, grid, settings, how, progress).plan;
+    if (request.fewest_needles)
+      made.plan = with_fewest_needles(made.plan, grid, planned, request, how, made.notes);
+    const StructureDose of_target = doses_of(made.plan, grid, {planned.front()}).front();
+    if (made.structures.size() > planned.size())
+      made.notes.push_back("target: the gland with a margin of " + text_of(request.margins.mm) +
+                           " mm, posterior " + text_of(request.margins.posterior_mm) + " mm, has " +
+                           rounded(of_target.volume_cc, 0.1) + " cc, V100 " +
+                           rounded(of_target.v100_percent, 0.1) + " % and D90 " +
+                           rounded(of_target.d90_gy, 0.1) + " Gy");
+    refuse_uncovered(made.plan, of_target.v100_percent, least_v100_percent(request.goals), request, need);
   }
   refuse_what_the_loader_refuses(made.plan, grid, settings.needle_length_mm);
   return made;

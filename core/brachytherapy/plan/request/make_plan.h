@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/brachytherapy/plan/optimiser/optimise_plan.h"
+#include "core/geometry/surface/surface_volume.h"
 
 namespace brachy {
 
@@ -35,6 +36,9 @@ struct PlanRequest {
   /// Its strength is set from the above; so is the number of seeds, where it has none: 90 up to 50 cc, or as many as
   /// make up the customary strength.
   OptimiserSettings how;
+  Margins margins;  ///< around the gland: what is planned for, and judged, is the gland with them
+  /// Fewer needles are tried until a goal is missed, by halving, some seconds each; a note says what was missed then.
+  bool fewest_needles = false;
   /// kInteger: text of a linear programme in CPLEX's LP format to the solver's text of its solution.
   std::function<std::string(const std::string& programme)> solve;
 };
@@ -43,7 +47,7 @@ struct PlanRequest {
 struct MadePlan {
   Plan plan;
   std::vector<std::string> notes;
-  std::vector<Structure> structures;  ///< with what was assumed
+  std::vector<Structure> structures;  ///< with what was assumed, and the gland with its margins as "target"
 };
 
 /// Makes a plan that load_plan accepts, or refuses with PlanRefused: a strength in which the source's seeds are not

@@ -190,5 +190,47 @@ TEST(RobustPlan, CoversMoreThanAPlainOneWhereSeedsAreMisplaced) {
   EXPECT_GT(mean_v100(robust), mean_v100(plain) + 0.5);
 }
 
+TEST(OptimisePlan, KeepsLockedNeedlesAndLeavesForbiddenHolesEmpty) {
+  const auto structures = phantom_of("");
+  const TemplateGrid grid;
+  OptimiserSettings how = quick();
+  const Plan first = optimise_plan(structures, grid, kIodine, how).plan;
+  ASSERT_GE(first.needles.size(), 8u);
+  // Two stay, one of them edited to where no search would put it: half a millimetre back, against a whole one.
+  how.kept = first;
+  how.kept->needles = {first.needles[1], first.needles[4]};
+  how.kept->needles[0].retraction_mm += 7.5;
+  how.forbidden_holes = {first.needles[0].hole, first.needles[2].hole, first.needles[3].hole};
+  how.most_needles = 12;
+  how.most_seeds_a_needle = 4;
+  for (const bool robust : {false, true}) {
+    how.robust = robust;
+    how.robust_proposals = 500;
+    const Plan plan = optimise_plan(structures, grid, kIodine, how).plan;
+    EXPECT_LE(plan.needles.size(), 12u);
+    std::size_t kept = 0;
+    for (const PlanNeedle& needle : plan.needles) {
+      EXPECT_EQ(std::ranges::count(how.forbidden_holes, needle.hole), 0) << needle.hole;
+      const auto of = std::ranges::find(how.kept->needles, needle.hole, &PlanNeedle::hole);
+      if (of == how.kept->needles.end()) {
+        EXPECT_LE(std::ranges::count(needle.train, 's'), 4) << needle.hole;
+        continue;
+      }
+      ++kept;
+      EXPECT_EQ(needle.train, of->train);
+      EXPECT_EQ(plan.base_plane_mm - needle.retraction_mm, how.kept->base_plane_mm - of->retraction_mm);
+    }
+    EXPECT_EQ(kept, 2u);
+  }
+}
+
+TEST(OptimisePlan, WithEveryHoleForbiddenNoneIsLeft) {
+  OptimiserSettings how = quick();
+  const TemplateGrid grid;
+  for (int column = 0; column < grid.columns; ++column)
+    for (int row = 0; row < grid.rows; ++row) how.forbidden_holes.push_back(grid.name(column, row));
+  EXPECT_THROW(optimise_plan(phantom_of(""), grid, kIodine, how), UserError);
+}
+
 }  // namespace
 }  // namespace brachy

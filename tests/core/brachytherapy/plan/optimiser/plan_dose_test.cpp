@@ -27,7 +27,8 @@ const Problem& problem() {
 /// Follows `count` random changes, of which most are kept.
 template <class Check>
 void wander(PlanDose& dose, int count, const Check& check) {
-  LoadMoves moves(problem().choices, std::vector<NeedleLoad>(problem().choices.size()), 25, 90, 3);
+  LoadMoves moves(problem().choices, std::vector<NeedleLoad>(problem().choices.size()), 25, 90,
+                  NeedleLoad::kMostElements, 3);
   dose.reset(moves.loads());
   int kept = 0;
   while (kept < count) {

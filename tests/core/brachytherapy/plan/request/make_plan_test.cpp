@@ -7,6 +7,7 @@
 #include "core/brachytherapy/dose/implant_dose.h"
 #include "core/brachytherapy/plan/optimiser/load_moves.h"
 #include "core/brachytherapy/plan/plan_file.h"
+#include "core/geometry/surface/surface_bvh.h"
 #include "core/scene/file/scene_file.h"
 #include "core/scene/load_structures.h"
 #include "tests/core/geometry/tissue/mesh_fixtures.h"
@@ -221,6 +222,54 @@ TEST(MakePlan, NeverMakesWhatTheLoaderRefuses) {
   }
   EXPECT_GT(made, 2 * requests / 25);
   EXPECT_GT(refused, 3 * requests / 25);
+}
+
+TEST(MakePlan, AMarginIsPlannedForButNotTowardsTheRectum) {
+  const auto structures = phantom_for("[tissue]\nphantom_size_mm = [35, 28, 32]");
+  PlanRequest request = quick_request();
+  request.how.proposals = 20'000;
+  request.goals = {{"prostate", "V100", "plan", "above", 50}};
+  const MadePlan plain = make_plan(structures, TemplateGrid(), request);
+  EXPECT_EQ(find_structure(plain.structures, "target"), nullptr);
+  request.margins = {.mm = 4, .posterior_mm = 0};
+  const MadePlan wide = make_plan(structures, TemplateGrid(), request);
+  const Structure* target = find_structure(wide.structures, "target");
+  ASSERT_NE(target, nullptr);
+  const SurfaceBvh gland(structures.front().mesh), around(target->mesh);
+  EXPECT_NEAR(around.max().x() - gland.max().x(), 4, 0.05);
+  EXPECT_NEAR(around.max().y() - gland.max().y(), 4, 0.05);
+  EXPECT_NEAR(gland.min().z() - around.min().z(), 4, 0.05);
+  EXPECT_NEAR(gland.min().y() - around.min().y(), 0, 0.05);
+  const auto v100 = [&](const MadePlan& made) {
+    ImplantDose dose({structures.front(), *target}, DoseSettings());
+    for (const PlannedSeed& seed : made.plan.seeds(TemplateGrid())) dose.add(seed);
+    return dose.evaluate()[1].v100_percent;
+  };
+  EXPECT_GT(v100(wide), v100(plain) + 5);
+  ASSERT_FALSE(wide.notes.empty());
+  EXPECT_NE(wide.notes.back().find("target: the gland with a margin of 4 mm, posterior 0 mm, has"),
+            std::string::npos)
+      << wide.notes.back();
+}
+
+TEST(MakePlan, FewestNeedlesStillMeetTheGoals) {
+  const auto structures = phantom_for("[tissue]\nphantom_size_mm = [35, 28, 32]");
+  PlanRequest request = quick_request();
+  request.how.proposals = 20'000;
+  request.goals = {{"prostate", "V100", "plan", "above", 90}};
+  const MadePlan any = make_plan(structures, TemplateGrid(), request);
+  request.fewest_needles = true;
+  const MadePlan fewest = make_plan(structures, TemplateGrid(), request);
+  EXPECT_LT(fewest.plan.needles.size(), any.plan.needles.size());
+  ImplantDose dose({structures.front()}, DoseSettings());
+  for (const PlannedSeed& seed : fewest.plan.seeds(TemplateGrid())) dose.add(seed);
+  EXPECT_GE(dose.evaluate().front().v100_percent, 90);
+  const std::string note = fewest.notes.back();
+  EXPECT_EQ(
+      note.find("fewest needles: " + std::to_string(fewest.plan.needles.size()) + "; with " +
+                std::to_string(fewest.plan.needles.size() - 1) + " the plan found misses prostate V100"),
+      0u)
+      << note;
 }
 
 }  // namespace
