@@ -124,17 +124,19 @@ std::string RecordedSession::end(const Exercise* exercise, std::int64_t utc_ns) 
       fmt::format("{}: {} seeds, {} poses", folder.path().string(), log_.seeds(), log_.poses());
   const auto told = [&](const auto& report, const std::string& text) {
     keep_report(folder, report, EarlierReport::kReplaced);
-    const std::string result = exercise ? to_text(*exercise, judge(*exercise, report.score)) : "";
+    const std::string result = report.score.exercise ? to_text(*report.score.exercise) : "";
     return kept + "\n" + result + text + folder.path_of(kReportPage).string();
   };
+  ReportOptions options;
+  if (exercise) options.exercise = *exercise;
   try {
     if (plan_.fraction) {
       write_catheters();
-      const FractionReport report = make_fraction_report(folder.path(), *plan_.fraction, scene_);
+      const FractionReport report = make_fraction_report(folder.path(), *plan_.fraction, scene_, options);
       return told(report, to_text(report));
     }
     if (!plan_.seeds) return kept;
-    const Report report = make_report(folder.path(), *plan_.seeds, scene_);
+    const Report report = make_report(folder.path(), *plan_.seeds, scene_, {}, options);
     return told(report, to_text(report.score));
   } catch (const std::exception& e) {  // the recording is complete all the same, for `brachy score`
     spdlog::error("session: no report: {}", e.what());

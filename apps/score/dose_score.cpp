@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "apps/score/spread.h"
+#include "core/simulation/body_settings.h"
 
 namespace brachy {
 namespace {
@@ -19,9 +20,10 @@ constexpr std::array kFigures = {DoseFigure{"prostate", "V100", "%", &StructureD
                                  DoseFigure{"rectum", "D2cc", "Gy", &StructureDose::d2cc_gy}};
 
 template <class Seeds, class ToDose>
-DoseStage stage_of(ImplantDose& dose, const Seeds& seeds, ToDose&& to_dose) {
+DoseStage stage_of(ImplantDose& dose, const Seeds& seeds, ToDose&& to_dose,
+                   const Vec3& stretch = Vec3::Ones()) {
   dose.clear();
-  for (const auto& seed : seeds) dose.add(to_dose(seed));
+  for (const auto& seed : seeds) dose.add(to_dose(seed), stretch);
   return {seeds.size(), dose.evaluate()};
 }
 
@@ -42,7 +44,11 @@ DoseScore score_dose(ImplantDose& dose, const Plan& plan, const TemplateGrid& gr
   score.plan = stage_of(dose, plan.seeds(grid), [](const PlannedSeed& s) -> DoseSeed { return s; });
   if (!seeds) return score;
   score.dropped = stage_of(dose, *seeds, [](const Seed& s) { return s.as_dropped(); });
-  score.rest = stage_of(dose, *seeds, [](const Seed& s) { return s.at_rest(); });
+  const auto at_rest = [](const Seed& s) { return s.at_rest(); };
+  score.day_zero = stage_of(dose, *seeds, at_rest, SwellingSettings::kDayZero);
+  std::erase_if(score.day_zero.structures,
+                [](const StructureDose& s) { return s.name != "prostate" && s.name != "urethra"; });
+  score.rest = stage_of(dose, *seeds, at_rest);
   return score;
 }
 

@@ -22,6 +22,10 @@ struct DoseScore {
   double prescription_gy = 0;  ///< the plan's
   double margin_mm = 0;  ///< of the dose grid around the prostate's bounding box; dose beyond is not known
   DoseStage plan, dropped, rest;
+  /// What images of the day of the implant would state: the seeds at rest in a gland that is swollen as
+  /// SwellingSettings::kDayZero has it, as if it stayed so. Of prostate and urethra, which swell. `rest` is what images
+  /// of day 30 would (TG-137: Nath et al., Med. Phys. 36, 2009, 5310–5322, asks for that day).
+  DoseStage day_zero;
 };
 
 /// `dose`: with the structures, and the plan's prescription; its seeds are removed, and afterwards it has those at

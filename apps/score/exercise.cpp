@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
 
@@ -175,7 +176,15 @@ std::optional<ExerciseText> read_text(const std::filesystem::path& file, int fla
   return read;
 }
 
-Exercise parse_exercise(const std::string& text, const std::filesystem::path& file);
+/// Of a file, whose scene must be there.
+Exercise parse_exercise(const std::string& text, const std::filesystem::path& file) {
+  Exercise exercise = exercise_in(text, file);
+  if (!std::filesystem::is_regular_file(exercise.scene))
+    parse_toml(text, file.string())
+        .contradiction("scene", "is \"" + exercise.scene.lexically_relative(file.parent_path()).string() +
+                                    "\", which is not there beside the exercise; correct the path");
+  return exercise;
+}
 
 }  // namespace
 
@@ -191,9 +200,7 @@ std::string exercise_name_in(const std::string& text) {
   return name;
 }
 
-namespace {
-
-Exercise parse_exercise(const std::string& text, const std::filesystem::path& file) {
+Exercise exercise_in(const std::string& text, const std::filesystem::path& file) {
   TomlTable t = parse_toml(text, file.string());
   Exercise exercise;
   exercise.text = text;
@@ -220,11 +227,10 @@ Exercise parse_exercise(const std::string& text, const std::filesystem::path& fi
   if (exercise.bounds.empty() && !exercise.needs_implant_goals)
     t.contradiction("passes", "bounds nothing: everybody would pass; add one, such as mean_error_mm_at_most");
   exercise.scene = file.parent_path() / scene;
-  if (!std::filesystem::is_regular_file(exercise.scene))
-    t.contradiction("scene",
-                    "is \"" + scene + "\", which is not there beside the exercise; correct the path");
   return exercise;
 }
+
+namespace {
 
 /// Names of TOML files in a directory, in their order, at most kMostExerciseFiles.
 std::vector<std::filesystem::path> toml_files(const std::filesystem::path& folder,
@@ -281,12 +287,8 @@ std::vector<std::string> what_passes(const Exercise& exercise) {
   return lines;
 }
 
-bool ExerciseResult::has_passed() const {
-  return std::ranges::all_of(bounds, &BoundResult::is_kept);
-}
-
 ExerciseResult judge(const Exercise& exercise, const Score& score) {
-  ExerciseResult result;
+  ExerciseResult result{.name = exercise.name, .bounds = {}};
   for (const ExerciseBound& bound : exercise.bounds) {
     const Measure& measure = measure_of(bound);
     const double value = measure.of(score);
@@ -311,12 +313,19 @@ ExerciseResult judge(const Exercise& exercise, const Score& score) {
   return result;
 }
 
-std::string to_text(const Exercise& exercise, const ExerciseResult& result) {
+std::string to_text(const ExerciseResult& result) {
   std::string text =
-      fmt::format("exercise \"{}\": {}\n", exercise.name, result.has_passed() ? "passed" : "not passed");
+      fmt::format("exercise \"{}\": {}\n", result.name, result.has_passed() ? "passed" : "not passed");
   for (const BoundResult& bound : result.bounds)
     text += fmt::format("  {} {}\n", bound.is_kept ? "ok  " : "MISS", bound.text);
   return text;
+}
+
+nlohmann::ordered_json to_json(const ExerciseResult& result) {
+  nlohmann::ordered_json lines = nlohmann::ordered_json::array();
+  for (const BoundResult& bound : result.bounds)
+    lines.push_back({{"text", bound.text}, {"kept", bound.is_kept}});
+  return {{"name", result.name}, {"passed", result.has_passed()}, {"lines", lines}};
 }
 
 }  // namespace brachy

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,9 @@ Exercise load_exercise(const std::filesystem::path& file);
 
 /// The name in an exercise's text; empty: it has none.
 std::string exercise_name_in(const std::string& text);
+/// An exercise from its whole text, as a session's manifest keeps it; `file` is for messages, and the scene need not be
+/// there any more. Throws UserError.
+Exercise exercise_in(const std::string& text, const std::filesystem::path& file);
 
 /// An exercise of a directory of them.
 struct ExerciseFile {
@@ -50,21 +54,12 @@ std::vector<ExerciseFile> exercises_beside(const std::filesystem::path& scene,
 /// What passes, a line for each bound: "mean error at most 2 mm".
 std::vector<std::string> what_passes(const Exercise& exercise);
 
-/// One bound and what became of it.
-struct BoundResult {
-  std::string text;  ///< "mean error 0.4 mm, at most 2"
-  bool is_kept = false;
-};
-
-struct ExerciseResult {
-  std::vector<BoundResult> bounds;
-  bool has_passed() const;
-};
-
 /// A figure that is not known keeps no bound.
 ExerciseResult judge(const Exercise& exercise, const Score& score);
 
-/// "passed" or "not passed", and a line for each bound.
-std::string to_text(const Exercise& exercise, const ExerciseResult& result);
+/// "exercise NAME: passed" or "not passed", and a line for each bound.
+std::string to_text(const ExerciseResult& result);
+/// {"name": …, "passed": …, "lines": [{"text": …, "kept": …}]}.
+nlohmann::ordered_json to_json(const ExerciseResult& result);
 
 }  // namespace brachy

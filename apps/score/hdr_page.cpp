@@ -112,7 +112,8 @@ std::string to_html(const FractionReport& report, const TemplateGrid& grid) {
   return page_head("Fraction score", score,
                    fmt::format("{}, {:g} U, a fraction of {:g} Gy", to_string(report.plan.source),
                                report.plan.source_strength_u, report.plan.prescription_gy)) +
-         remarks_section(score) + hdr_keys(report) + findings_section(score) + goals_section(score) +
+         remarks_section(score) + hdr_keys(report) + exercise_section(score) + findings_section(score) +
+         goals_section(score) +
          slices_section(score.slices, "dwell positions", planned, report.fraction.dwells) +
          hdr_dose_section(report) + catheter_section(report) + "</body>\n</html>\n";
 }

@@ -147,7 +147,7 @@ std::string to_json(const FractionReport& report) {
                   {"delivered", figures_json(fraction.delivered, fraction.prescription_gy)},
                   {"reoptimised", figures_json(fraction.reoptimised, fraction.prescription_gy)}};
   for (const char* key :
-       {"notice", "recording", "about", "remarks", "verdict", "structures_entered", "needles"})
+       {"notice", "recording", "about", "exercise", "remarks", "verdict", "structures_entered", "needles"})
     json[key] = shared.at(key);
   return json.dump();
 }
@@ -211,7 +211,7 @@ std::string to_text(const FractionReport& report) {
 }
 
 FractionReport make_fraction_report(const std::filesystem::path& folder, const HdrPlan& plan,
-                                    const Scene& scene, const std::vector<std::string>& remarks) {
+                                    const Scene& scene, const ReportOptions& options) {
   const SessionFolder session = SessionFolder::open(folder);
   std::optional<Recording> recording;
   // catheters.csv alone is enough for the dose.
@@ -223,8 +223,6 @@ FractionReport make_fraction_report(const std::filesystem::path& folder, const H
   Score& score = report.score;
   score.recording = recording ? recording->name : folder.filename().string();
   score.plan = plan.name;
-  score.about = about_session(session);
-  score.remarks = remarks;
   if (recording) std::ranges::copy(recording->remarks, std::back_inserter(score.remarks));
   report.fraction = score_hdr(plan, scene.template_grid, structures, scene.dose,
                               catheters_in(session, scene, recording, score.remarks));
@@ -241,6 +239,7 @@ FractionReport make_fraction_report(const std::filesystem::path& folder, const H
   for (const auto& more :
        {fraction.findings, hasty_findings(score.needles), missed_goal_findings(score.goals, score.dose)})
     score.findings.insert(score.findings.end(), more.begin(), more.end());
+  add_session(session, options, score);
   report.html = to_html(report, scene.template_grid);
   report.json = to_json(report) + "\n";
   return report;

@@ -33,10 +33,10 @@ struct FractionReport {
 };
 
 /// Scores the session in `folder` against `plan` in `scene`. Without kCatheterFile the catheters lie straight along the
-/// last poses of poses.csv, in tissue at rest, and a remark says so. `remarks` stand before the score's own. Throws
-/// UserError, also where the folder has neither file. Some seconds.
+/// last poses of poses.csv, in tissue at rest, and a remark says so. Throws UserError,
+/// also where the folder has neither file. Some seconds.
 FractionReport make_fraction_report(const std::filesystem::path& folder, const HdrPlan& plan,
-                                    const Scene& scene, const std::vector<std::string>& remarks = {});
+                                    const Scene& scene, const ReportOptions& options = {});
 
 /// A few lines for a terminal.
 std::string to_text(const FractionReport& report);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
@@ -106,27 +107,35 @@ HistoryRow row_of_fraction(const std::string& session, const ReportJson& json) {
   return row;
 }
 
+std::vector<double> values_of(const History& history, double HistoryRow::*value) {
+  std::vector<double> values;
+  for (const HistoryRow& row : history.rows) values.push_back(row.*value);
+  return values;
+}
+
 std::vector<double> known_of(const History& history, double HistoryRow::*value) {
-  std::vector<double> known;
-  for (const HistoryRow& row : history.rows)
-    if (std::isfinite(row.*value)) known.push_back(row.*value);
+  std::vector<double> known = values_of(history, value);
+  std::erase_if(known, [](double v) { return !std::isfinite(v); });
   return known;
 }
 
-// Over the sessions' numbers 0, 1, …; those that are not known are left out.
-double slope_of(const History& history, double HistoryRow::*value) {
-  double n = 0, x = 0, y = 0, xx = 0, xy = 0;
-  for (std::size_t i = 0; i < history.rows.size(); ++i) {
-    const double v = history.rows[i].*value, at = static_cast<double>(i);
-    if (!std::isfinite(v)) continue;
-    n += 1;
-    x += at;
-    y += v;
-    xx += at * at;
-    xy += at * v;
-  }
-  const double spread = n * xx - x * x;
-  return spread > 0 ? (n * xy - x * y) / spread : kNoNumber;
+/// Whether it is passed, by which bounds, and what went wrong first, as reports of implants and fractions say it.
+void add_texts(const ReportJson& json, HistoryRow& row) {
+  const auto texts_of = [&](const ReportJson& list) {
+    std::vector<std::string> texts;
+    for (const ReportJson& one : list)
+      if (one.is_object() && one.contains("text") && one["text"].is_string()) texts.push_back(one["text"]);
+    return texts;
+  };
+  if (json.contains("findings")) row.first_findings = texts_of(json["findings"]);
+  if (row.first_findings.size() > kHistoryFindings) row.first_findings.resize(kHistoryFindings);
+  const auto exercise = json.find("exercise");
+  if (exercise == json.end() || !exercise->is_object()) return;
+  if (const auto passed = exercise->find("passed"); passed != exercise->end() && passed->is_boolean())
+    row.has_passed = passed->get<bool>();
+  if (exercise->contains("lines")) row.bounds = texts_of((*exercise)["lines"]);
+  if (const auto name = exercise->find("name"); name != exercise->end() && name->is_string())
+    row.task = *name;
 }
 
 /// Numbers within names count as numbers: "2" before "10".
@@ -159,59 +168,59 @@ void add_task(const SessionFolder& folder, HistoryRow& row) {
   const std::optional<SessionManifest> manifest = load_manifest(folder);
   if (!manifest) return;
   if (!manifest->runs.empty()) row.began = manifest->runs.front().began;
+  if (!manifest->trainee.empty()) row.trainee = manifest->trainee;
   if (manifest->exercise) row.task = exercise_name_in(manifest->exercise->text);
   if (row.task.empty())
     row.task = manifest->scene.file.empty() ? "the built-in phantom"
                                             : std::filesystem::path(manifest->scene.file).filename().string();
 }
 
-/// A cell of a CSV: with a comma or a quote it is quoted, as RFC 4180 has it.
-std::string csv_cell(const std::string& text) {
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string quoted;
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return "\"" + quoted + "\"";
-}
-
 std::string figure_or(double value, int digits, const char* unknown) {
   return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : unknown;
 }
 
-}  // namespace
+/// Adds the session's row, or a remark why there is none.
+void add_session(const std::filesystem::path& session, const std::string& trainee, History& history) {
+  try {
+    const SessionFolder files = SessionFolder::open(session);
+    const bool is_fraction = files.has(kHdrReportFile);
+    const char* file = is_fraction ? kHdrReportFile : kReportJson;
+    const std::optional<std::string> text = files.read(file);
+    if (!text) {
+      history.remarks.push_back(session.string() + ": not scored; run `brachy score` on it");
+      return;
+    }
+    const ReportJson json = ReportJson::parse(*text, nullptr, false);
+    if (!json.is_object()) {
+      history.remarks.push_back(files.path_of(file).string() + ": is no report; run `brachy score` again");
+      return;
+    }
+    const std::string name = session.filename().string();
+    HistoryRow row = is_fraction ? row_of_fraction(name, json) : row_of(name, json);
+    row.trainee = trainee;
+    add_texts(json, row);
+    add_task(files, row);
+    history.rows.push_back(std::move(row));
+  } catch (const UserError& e) {
+    history.remarks.push_back(std::string(e.what()) + "; it was left out");
+  }
+}
 
-History load_history(const std::filesystem::path& folder) {
+/// In the order of their names. Throws UserError.
+std::vector<std::filesystem::path> folders_in(const std::filesystem::path& folder) {
   std::error_code ignored;
   if (!std::filesystem::is_directory(folder, ignored))
     throw UserError(folder.string() + ": no such directory; give one that holds scored sessions");
-  std::vector<std::filesystem::path> sessions;
+  std::vector<std::filesystem::path> folders;
   for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
-    if (entry.is_directory(ignored)) sessions.push_back(entry.path());
-  History history;
-  std::ranges::sort(sessions);
-  for (const std::filesystem::path& session : sessions) {
-    try {
-      const SessionFolder files = SessionFolder::open(session);
-      const bool is_fraction = files.has(kHdrReportFile);
-      const char* file = is_fraction ? kHdrReportFile : kReportJson;
-      const std::optional<std::string> text = files.read(file);
-      if (!text) {
-        history.remarks.push_back(session.string() + ": not scored; run `brachy score` on it");
-        continue;
-      }
-      const ReportJson json = ReportJson::parse(*text, nullptr, false);
-      if (!json.is_object()) {
-        history.remarks.push_back(files.path_of(file).string() + ": is no report; run `brachy score` again");
-        continue;
-      }
-      const std::string name = session.filename().string();
-      HistoryRow row = is_fraction ? row_of_fraction(name, json) : row_of(name, json);
-      add_task(files, row);
-      history.rows.push_back(std::move(row));
-    } catch (const UserError& e) {
-      history.remarks.push_back(std::string(e.what()) + "; it was left out");
-    }
-  }
+    if (entry.is_directory(ignored)) folders.push_back(entry.path());
+  std::ranges::sort(folders);
+  return folders;
+}
+
+void sort_sessions(const std::filesystem::path& folder, History& history) {
   std::ranges::stable_sort(history.rows, [](const HistoryRow& a, const HistoryRow& b) {
+    if (a.trainee != b.trainee) return a.trainee < b.trainee;
     if (a.task != b.task) return a.task < b.task;
     if (!a.began.empty() && !b.began.empty() && a.began != b.began) return a.began < b.began;
     if (a.began.empty() != b.began.empty()) return a.began.empty();
@@ -219,16 +228,107 @@ History load_history(const std::filesystem::path& folder) {
   });
   if (history.rows.empty())
     throw UserError(folder.string() + ": holds no scored session; run `brachy score` on each first");
+}
+
+bool is_session(const std::filesystem::path& folder) {
+  return std::ranges::any_of(std::array{kManifestFile, kReportJson, kHdrReportFile, kPosesFile, kSeedsFile},
+                             [&](const char* file) {
+                               std::error_code ignored;
+                               return std::filesystem::exists(folder / file, ignored);
+                             });
+}
+
+/// Of each trainee of `cohort` but `trainee` the last session of a task.
+History last_of_others(const History& cohort, const std::string& trainee, const std::string& task) {
+  History last;
+  for (const HistoryRow& row : cohort.rows) {
+    if (row.task != task || row.trainee == trainee) continue;
+    if (!last.rows.empty() && last.rows.back().trainee == row.trainee)
+      last.rows.back() = row;
+    else
+      last.rows.push_back(row);
+  }
+  return last;
+}
+
+/// Of anybody.
+History of_task(const History& all, const std::string& task) {
+  History same;
+  std::ranges::copy_if(all.rows, std::back_inserter(same.rows),
+                       [&](const HistoryRow& row) { return row.task == task; });
+  return same;
+}
+
+std::string quartiles_text(const Quartiles& q) {
+  return q.count == 0   ? "–"
+         : q.count == 1 ? fmt::format("{:.2f}", q.median)
+                        : fmt::format("{:.2f} ({:.2f}–{:.2f})", q.median, q.first, q.third);
+}
+
+std::string curve_text(const std::optional<LearningCurve>& curve) {
+  return curve ? fmt::format("{:.2f} after {:.1f} sessions (R² {:.2f})", curve->plateau, curve->sessions,
+                             curve->r_squared)
+               : "–";
+}
+
+std::string passed_text(const HistoryRow& row) {
+  return !row.has_passed ? "" : *row.has_passed ? "passed" : "not passed";
+}
+
+}  // namespace
+
+std::string csv_cell(const std::string& text) {
+  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+  std::string quoted;
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return "\"" + quoted + "\"";
+}
+
+Quartiles quartiles_of(std::vector<double> values) {
+  std::ranges::sort(values);
+  const auto at = [&](double share) {
+    if (values.empty()) return kNoNumber;
+    const double place = share * static_cast<double>(values.size() - 1);
+    const auto below = static_cast<std::size_t>(place);
+    const std::size_t above = std::min(below + 1, values.size() - 1);
+    return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
+  };
+  return {values.size(), at(0.25), at(0.5), at(0.75)};
+}
+
+History load_history(const std::filesystem::path& folder) {
+  History history;
+  const std::string trainee = std::filesystem::absolute(folder / ".").parent_path().filename().string();
+  for (const std::filesystem::path& session : folders_in(folder)) add_session(session, trainee, history);
+  sort_sessions(folder, history);
   return history;
 }
 
-std::vector<Trend> trends_of(const History& trainee, const History* instructor) {
+History load_class(const std::filesystem::path& folder) {
+  History history;
+  for (const std::filesystem::path& one : folders_in(folder)) {
+    if (is_session(one))
+      add_session(one, "", history);
+    else
+      for (const std::filesystem::path& session : folders_in(one))
+        add_session(session, one.filename().string(), history);
+  }
+  sort_sessions(folder, history);
+  return history;
+}
+
+std::vector<Trend> trends_of(const History& trainee, const Peers& peers) {
+  const HistoryRow& any = trainee.rows.front();
+  const History instructor = peers.instructor ? of_task(*peers.instructor, any.task) : History();
+  const History cohort = peers.cohort ? last_of_others(*peers.cohort, any.trainee, any.task) : History();
   std::vector<Trend> trends;
   for (const Column& column : kColumns) {
     const std::vector<double> known = known_of(trainee, column.value);
     if (known.empty()) continue;
-    trends.push_back({column.name, known.front(), known.back(), slope_of(trainee, column.value),
-                      instructor ? spread_of(known_of(*instructor, column.value)).mean : kNoNumber});
+    const std::vector<double> values = values_of(trainee, column.value);
+    trends.push_back({column.name, known.front(), known.back(), slope_per_session(values),
+                      learning_curve(values), quartiles_of(known_of(instructor, column.value)),
+                      quartiles_of(known_of(cohort, column.value))});
   }
   return trends;
 }
@@ -236,27 +336,31 @@ std::vector<Trend> trends_of(const History& trainee, const History* instructor) 
 std::vector<History> by_task(const History& history) {
   std::vector<History> tasks;
   for (const HistoryRow& row : history.rows) {
-    if (tasks.empty() || tasks.back().rows.back().task != row.task) tasks.emplace_back();
+    if (tasks.empty() || tasks.back().rows.back().task != row.task ||
+        tasks.back().rows.back().trainee != row.trainee)
+      tasks.emplace_back();
     tasks.back().rows.push_back(row);
   }
   return tasks;
 }
 
-std::string to_text(const History& trainee, const History* instructor) {
-  std::vector<History> of_instructor;
-  if (instructor) of_instructor = by_task(*instructor);
+std::string to_text(const History& trainee, const Peers& peers) {
   std::string text;
   for (const History& task : by_task(trainee)) {
-    const std::string& name = task.rows.front().task;
-    const auto same =
-        std::ranges::find(of_instructor, name, [](const History& h) { return h.rows.front().task; });
-    text += fmt::format("{}{} sessions\n  {:<18}{:>10}{:>10}{:>14}{:>12}\n", name.empty() ? "" : name + ": ",
-                        task.rows.size(), "", "first", "last", "per session", "instructor");
-    for (const Trend& trend : trends_of(task, same == of_instructor.end() ? nullptr : &*same))
-      text += fmt::format("  {:<18}{:>10}{:>10}{:>14}{:>12}\n", trend.name, figure_or(trend.first, 2, "–"),
-                          figure_or(trend.last, 2, "–"),
+    const HistoryRow& any = task.rows.front();
+    text += fmt::format("{}{}{} session{}\n", any.trainee.empty() ? "" : any.trainee + ", ",
+                        any.task.empty() ? "" : any.task + ": ", task.rows.size(),
+                        task.rows.size() == 1 ? "" : "s");
+    for (const HistoryRow& row : task.rows)
+      if (row.has_passed) text += fmt::format("  {:<18}{:<22}{}\n", row.session, row.began, passed_text(row));
+    text += fmt::format("  {:<18}{:>10}{:>10}{:>14}  {:<24}{:<24}{}\n", "", "first", "last", "per session",
+                        "instructor", "cohort", "learning curve");
+    for (const Trend& trend : trends_of(task, peers))
+      text += fmt::format("  {:<18}{:>10}{:>10}{:>14}  {:<24}{:<24}{}\n", trend.name,
+                          figure_or(trend.first, 2, "–"), figure_or(trend.last, 2, "–"),
                           std::isfinite(trend.per_session) ? fmt::format("{:+.3f}", trend.per_session) : "–",
-                          figure_or(trend.instructor, 2, "–"));
+                          quartiles_text(trend.instructor), quartiles_text(trend.cohort),
+                          curve_text(trend.curve));
   }
   return text;
 }
@@ -264,11 +368,12 @@ std::string to_text(const History& trainee, const History* instructor) {
 std::string to_csv(const History& history) {
   std::string text = "session";
   for (const Column& column : kColumns) text += fmt::format(",{}", column.name);
-  text += ",task,began\n";
+  text += ",task,began,passed,trainee\n";
   for (const HistoryRow& row : history.rows) {
     text += csv_cell(row.session);
     for (const Column& column : kColumns) text += "," + figure_or(row.*column.value, column.digits + 2, "");
-    text += "," + csv_cell(row.task) + "," + row.began + "\n";
+    text += fmt::format(",{},{},{},{}\n", csv_cell(row.task), row.began,
+                        row.has_passed ? *row.has_passed ? "yes" : "no" : "", csv_cell(row.trainee));
   }
   return text;
 }

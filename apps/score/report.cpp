@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "apps/score/exercise.h"
 #include "apps/score/recording.h"
 #include "apps/session/plan_change_log.h"
 #include "apps/session/session_manifest.h"
@@ -45,20 +44,27 @@ Score score_recording(const std::filesystem::path& folder, const Plan& plan, con
                        scene.goals.empty() ? default_dose_goals() : scene.goals);
 }
 
-SessionAbout about_session(const SessionFolder& folder) {
+void add_session(const SessionFolder& folder, const ReportOptions& options, Score& score) {
+  score.remarks.insert(score.remarks.begin(), options.remarks.begin(), options.remarks.end());
   const std::optional<SessionManifest> manifest = load_manifest(folder);
-  if (!manifest) return {};
-  return {manifest->trainee, manifest->exercise ? exercise_name_in(manifest->exercise->text) : "",
-          manifest->runs.empty() ? "" : manifest->runs.front().began};
+  std::optional<Exercise> exercise = options.exercise;
+  if (manifest) {
+    score.about = {manifest->trainee, manifest->exercise ? exercise_name_in(manifest->exercise->text) : "",
+                   manifest->runs.empty() ? "" : manifest->runs.front().began};
+    try {
+      if (manifest->exercise) exercise = exercise_in(manifest->exercise->text, manifest->exercise->file);
+    } catch (const UserError& e) {
+      score.remarks.push_back("Whether the exercise is passed is not known: " + std::string(e.what()));
+    }
+  }
+  if (exercise) score.exercise = judge(*exercise, score);
 }
 
 Report make_report(const std::filesystem::path& folder, const Plan& plan, const Scene& scene,
-                   const std::function<void(double share)>& progress,
-                   const std::vector<std::string>& remarks) {
+                   const std::function<void(double share)>& progress, const ReportOptions& options) {
   const std::vector<Structure> structures = load_structures(scene);
   Report report{score_recording(folder, plan, scene, structures, progress), {}, {}};
-  report.score.about = about_session(SessionFolder::open(folder));
-  report.score.remarks.insert(report.score.remarks.begin(), remarks.begin(), remarks.end());
+  add_session(SessionFolder::open(folder), options, report.score);
   report.html = to_html(report.score, plan, scene.template_grid, structures);
   report.json = to_json(report.score) + "\n";
   return report;

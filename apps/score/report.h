@@ -2,10 +2,12 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "apps/score/exercise.h"
 #include "apps/score/score.h"
 #include "apps/session/session_folder.h"
 #include "core/scene/scene.h"
@@ -33,7 +35,14 @@ Score score_recording(const std::filesystem::path& folder, const Plan& plan, con
                       const std::vector<Structure>& structures,
                       const std::function<void(double share)>& progress = {});
 
-SessionAbout about_session(const SessionFolder& folder);
+/// What a report has that neither the session nor its scene says.
+struct ReportOptions {
+  std::vector<std::string> remarks;    ///< before the score's own
+  std::optional<Exercise> exercise{};  ///< of a session whose manifest knows none
+};
+
+/// Whose session it was, and whether it passes its exercise, into a score that is complete but for that.
+void add_session(const SessionFolder& folder, const ReportOptions& options, Score& score);
 
 /// A score, and its page and JSON as files.
 struct Report {
@@ -41,10 +50,9 @@ struct Report {
   std::string html, json;
 };
 
-/// The same, with the scene's structures, as a report. `remarks` stand before the score's own.
+/// The same, with the scene's structures, as a report.
 Report make_report(const std::filesystem::path& folder, const Plan& plan, const Scene& scene,
-                   const std::function<void(double share)>& progress = {},
-                   const std::vector<std::string>& remarks = {});
+                   const std::function<void(double share)>& progress = {}, const ReportOptions& options = {});
 
 /// What becomes of another report that a session's directory has already: it is refused, or replaced.
 enum class EarlierReport { kRefused, kReplaced };

@@ -5,6 +5,7 @@
 #include "apps/score/report_figures.h"
 #include "apps/score/report_page.h"
 #include "apps/score/report_sections.h"
+#include "core/simulation/body_settings.h"
 
 namespace brachy {
 namespace {
@@ -35,19 +36,24 @@ std::string keys(const Score& score) {
 }
 
 std::string dose_section(const DoseScore& dose) {
+  const Vec3 swollen_percent = 100 * (SwellingSettings::kDayZero - Vec3::Ones());
   std::string rows;
   for (const DoseFigure& f : dose_figures())
     rows += html_row(fmt::format("{} {}, {}", f.structure, f.name, f.unit), figure_in(dose.plan, f),
-                     figure_in(dose.dropped, f), figure_in(dose.rest, f));
+                     figure_in(dose.dropped, f), figure_in(dose.rest, f), figure_in(dose.day_zero, f));
   return "<h2>Dose</h2>\n<div class=\"pair dose\">\n<div>\n" +
-         html_table("", {"", "planned", "as<br>dropped", "after<br>relaxation"}, rows) +
+         html_table("",
+                    {"", "planned", "as<br>dropped", "after<br>relaxation<br>(day 30)", "day 0,<br>swollen"},
+                    rows) +
          fmt::format(
              "<p class=\"small\">Prescription {:g} Gy; total dose by TG-43U1 in water. {} seeds planned, {} "
-             "implanted. Structures are at rest throughout; &ldquo;as dropped&rdquo; takes the seeds where "
-             "they fell, while needles held the gland away from rest. What lies more than {:g} mm beyond "
-             "the prostate&rsquo;s box is in no figure.</p>\n",
+             "implanted. Structures are at rest but on day 0; &ldquo;as dropped&rdquo; takes the seeds where "
+             "they fell, while needles held the gland away from rest; day 0, what images of that day would "
+             "say of a gland swollen by {:.0f}, {:.0f} and {:.0f} % in width, depth and length. What lies "
+             "more than {:g} mm beyond the prostate&rsquo;s box is in no figure.</p>\n",
              dose.prescription_gy, dose.plan.seeds,
-             dose.dropped.structures.empty() ? "–" : std::to_string(dose.dropped.seeds), dose.margin_mm) +
+             dose.dropped.structures.empty() ? "–" : std::to_string(dose.dropped.seeds), swollen_percent.x(),
+             swollen_percent.y(), swollen_percent.z(), dose.margin_mm) +
          "</div>\n" + to_svg_element(dvh_chart(dose)) + "</div>\n";
 }
 
@@ -176,9 +182,10 @@ std::string to_html(const Score& score, const Plan& plan, const TemplateGrid& gr
   std::string out = page_head("Implant score", score,
                               fmt::format("{}, {:g} U each, {:g} Gy", to_string(plan.source),
                                           plan.air_kerma_strength_u, plan.prescription_gy));
-  out += remarks_section(score) + keys(score) + findings_section(score) + study_section(score) +
-         goals_section(score) + seed_slices(score, plan, grid) + dose_section(score.dose) +
-         consequences_section(score, plan) + seed_section(score, plan, grid, structures.front().mesh) +
+  out += remarks_section(score) + keys(score) + exercise_section(score) + findings_section(score) +
+         study_section(score) + goals_section(score) + seed_slices(score, plan, grid) +
+         dose_section(score.dose) + consequences_section(score, plan) +
+         seed_section(score, plan, grid, structures.front().mesh) +
          needle_section(score.needles, plan, seeds);
   if (seeds) out += seed_table(seeds->by_position, plan, grid);
   return out + "</body>\n</html>\n";

@@ -234,7 +234,7 @@ OrderedJson to_json_goals(const Score& score) {
   OrderedJson goals = OrderedJson::array();
   for (const GoalResult& result : score.goals) {
     const auto met = [&](const DoseStage& stage) {
-      const double value = value_of(result.goal, stage);
+      const double value = result.goal.value_in(stage.structures);
       return std::isnan(value) ? OrderedJson(nullptr)
                                : OrderedJson(result.goal.is_met_by(value, score.dose.prescription_gy));
     };
@@ -286,6 +286,7 @@ std::string to_json(const Score& score) {
       {"recording", score.recording},
       {"about",
        {{"trainee", score.about.trainee}, {"exercise", score.about.exercise}, {"began", score.about.began}}},
+      {"exercise", score.exercise ? to_json(*score.exercise) : OrderedJson(nullptr)},
       {"plan", score.plan},
       {"remarks", score.remarks},
       {"planned_seeds", score.planned_seeds},
@@ -303,7 +304,8 @@ std::string to_json(const Score& score) {
         {"goals", to_json_goals(score)},
         {"plan", to_json_stage(score.dose.plan)},
         {"dropped", to_json_stage(score.dose.dropped)},
-        {"rest", to_json_stage(score.dose.rest)}}}};
+        {"rest", to_json_stage(score.dose.rest)},
+        {"day_zero", to_json_stage(score.dose.day_zero)}}}};
   // Names of folders need not be UTF-8.
   return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
 }

@@ -13,7 +13,7 @@ constexpr const char* kHead = R"(<!DOCTYPE html>
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{}: {}</title>
+<title>{}</title>
 <style>
 @page {{ size: A4; margin: 9mm 11mm }}
 body {{ font: 10pt/1.3 sans-serif; color: #222; max-width: 188mm; margin: 6mm auto; padding: 0 2mm }}
@@ -47,6 +47,7 @@ ol {{ margin: 1mm 0; padding-left: 6mm }}
 .slices svg {{ border: .2mm solid #ddd }}
 .long {{ font-size: 8pt; width: 100% }}
 .long th, .long td {{ padding: .2mm 1.2mm }}
+.worded th:last-child {{ text-align: left }}
 @media print {{
 body {{ font-size: 9pt; margin: 0 auto }}
 h2 {{ margin-top: 2mm }}
@@ -70,6 +71,10 @@ h2 {{ margin-top: 2mm }}
 
 }  // namespace
 
+std::string page_start(const std::string& title) {
+  return fmt::format(kHead, xml_escaped(title));
+}
+
 std::string page_head(const char* title, const Score& score, const std::string& sources) {
   std::string about;
   const auto add = [&](const char* what, const std::string& text) {
@@ -81,7 +86,7 @@ std::string page_head(const char* title, const Score& score, const std::string& 
   add("begun", score.about.began);
   add("recording", score.recording);
   add("plan", score.plan);
-  return fmt::format(kHead, title, xml_escaped(score.recording)) +
+  return page_start(fmt::format("{}: {}", title, score.recording)) +
          fmt::format("<h1>{}</h1>\n<p class=\"about\">{}: {}. {}</p>\n", title, about, xml_escaped(sources),
                      kNotice);
 }
@@ -90,10 +95,10 @@ std::string html_cell(const std::string& text, const char* attributes) {
   return fmt::format("<td{}>{}</td>", attributes, xml_escaped(text));
 }
 
-std::string html_table(const char* attributes, std::initializer_list<const char*> headings,
+std::string html_table(const char* attributes, const std::vector<std::string>& headings,
                        const std::string& rows) {
   std::string out = fmt::format("<table{}>\n<thead><tr>", attributes);
-  for (const char* heading : headings) out += fmt::format("<th>{}</th>", heading);
+  for (const std::string& heading : headings) out += fmt::format("<th>{}</th>", heading);
   return "<div class=\"scroll\">\n" + out + "</tr></thead>\n<tbody>\n" + rows +
          "</tbody>\n</table>\n</div>\n";
 }
@@ -106,6 +111,18 @@ std::string remarks_section(const Score& score) {
   std::string out;
   for (const std::string& remark : score.remarks) out += "<p>" + xml_escaped(remark) + "</p>\n";
   return out.empty() ? "" : "<div class=\"remarks\">\n" + out + "</div>\n";
+}
+
+std::string exercise_section(const Score& score) {
+  if (!score.exercise) return "";
+  std::string bounds;
+  for (const BoundResult& bound : score.exercise->bounds)
+    bounds += fmt::format("{}<span{}>{}</span>", bounds.empty() ? "" : "; ",
+                          bound.is_kept ? "" : " class=\"missed\"", xml_escaped(bound.text));
+  return fmt::format("<p>Exercise &ldquo;{}&rdquo;: <b{}>{}</b> ({}).</p>\n",
+                     xml_escaped(score.exercise->name),
+                     score.exercise->has_passed() ? "" : " class=\"missed\"",
+                     score.exercise->has_passed() ? "passed" : "not passed", bounds);
 }
 
 std::string findings_section(const Score& score) {

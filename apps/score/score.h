@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +30,19 @@ struct CathetersScore {
   double depth_mm = kNoNumber;  ///< the largest size of a tip's error along its catheter
 };
 
+/// One bound of an exercise and what became of it.
+struct BoundResult {
+  std::string text;  ///< "mean error 0.4 mm, at most 2"
+  bool is_kept = false;
+};
+
+/// Whether a session passes its exercise.
+struct ExerciseResult {
+  std::string name;  ///< the exercise's
+  std::vector<BoundResult> bounds;
+  bool has_passed() const { return std::ranges::all_of(bounds, &BoundResult::is_kept); }
+};
+
 /// Whose session it was, when and of what, as session.json has it; empty: not known.
 struct SessionAbout {
   std::string trainee, exercise;
@@ -38,6 +53,8 @@ struct SessionAbout {
 struct Score {
   std::string recording, plan;  ///< names
   SessionAbout about;
+  std::optional<ExerciseResult>
+      exercise;                      ///< of the session's exercise; none: it is of none, as far as is known
   std::vector<std::string> remarks;  ///< what could not be scored and the reason, a sentence each
   std::size_t planned_seeds = 0;
   std::optional<SeedsScore> seeds;          ///< none: the dropped seeds are not known

@@ -1,15 +1,19 @@
 #include <iostream>
+#include <nlohmann/json.hpp>
 
 #include "apps/command_line/output_file.h"
 #include "apps/command_line/tool.h"
 #include "apps/recording/recording_file.h"
+#include "apps/score/class_table.h"
 #include "apps/score/exercise.h"
 #include "apps/score/hdr_report.h"
 #include "apps/score/history.h"
 #include "apps/score/report.h"
+#include "apps/score/report_page.h"
 #include "apps/session/session_manifest.h"
 #include "apps/terminal/progress.h"
 #include "core/base/error.h"
+#include "core/base/version.h"
 #include "core/brachytherapy/hdr/hdr_plan_file.h"
 #include "core/brachytherapy/plan/plan_file.h"
 #include "core/scene/file/scene_file.h"
@@ -21,7 +25,9 @@ namespace {
 struct ScoreOptions {
   std::optional<std::filesystem::path> recording;  ///< directory
   std::optional<std::filesystem::path> exercise;   ///< none: nothing is to be passed
-  std::optional<std::filesystem::path> history, instructor, csv;
+  std::optional<std::filesystem::path> history, instructor, cohort, csv;
+  std::optional<std::filesystem::path> of_class;      ///< directory
+  std::string trainee;                                ///< whose sheet of the class's page; empty: all
   std::optional<std::filesystem::path> plan, config;  ///< none: the session's own
   std::optional<std::filesystem::path> out;           ///< none: report.html in the recording
   bool json = false, force = false, what_if = false;
@@ -148,13 +154,30 @@ std::optional<std::filesystem::path> json_beside(const ScoreOptions& options) {
   return std::filesystem::path(*options.out).replace_extension(".json");
 }
 
+void print_remarks(const History& history) {
+  for (const std::string& remark : history.remarks) std::cerr << "brachy: " << remark << "\n";
+}
+
 int show_history(const ScoreOptions& options) {
+  if (options.out)
+    throw UsageError("--out is a session's or a class's page: give --csv, or --class for --history");
   const History trainee = load_history(*options.history);
-  std::optional<History> instructor;
+  std::optional<History> instructor, cohort;
   if (options.instructor) instructor = load_history(*options.instructor);
-  for (const std::string& remark : trainee.remarks) std::cerr << "brachy: " << remark << "\n";
+  if (options.cohort) cohort = load_class(*options.cohort);
+  print_remarks(trainee);
   if (options.csv) write_text(*options.csv, to_csv(trainee), options.force);
-  std::cout << to_text(trainee, instructor ? &*instructor : nullptr);
+  std::cout << to_text(trainee, {instructor ? &*instructor : nullptr, cohort ? &*cohort : nullptr});
+  return kExitOk;
+}
+
+int show_class(const ScoreOptions& options) {
+  const History sessions = load_class(*options.of_class);
+  print_remarks(sessions);
+  const std::vector<TraineeTask> table = class_table(sessions);
+  if (options.csv) write_text(*options.csv, to_csv(table), options.force);
+  if (options.out) write_text(*options.out, to_html(sessions, options.trainee, version()), options.force);
+  std::cout << to_text(table);
   return kExitOk;
 }
 
@@ -166,6 +189,22 @@ SessionFolder folder_to_write(const std::filesystem::path& recording) {
   }
 }
 
+/// Whether two reports say the same but for whether an exercise is passed.
+bool are_same_but_for_exercise(const std::string& a, const std::string& b) {
+  nlohmann::json one = nlohmann::json::parse(a, nullptr, false),
+                 other = nlohmann::json::parse(b, nullptr, false);
+  if (!one.is_object() || !other.is_object()) return false;
+  one.erase("exercise");
+  other.erase("exercise");
+  return one == other;
+}
+
+std::string without(std::string text, const std::string& part) {
+  if (const std::size_t at = text.find(part); !part.empty() && at != std::string::npos)
+    text.erase(at, part.size());
+  return text;
+}
+
 /// A report as the tool writes and prints it.
 struct Written {
   const Score& score;
@@ -175,6 +214,21 @@ struct Written {
   const std::string& note;  ///< Scoring::note
 };
 
+/// Writes a report into the session's directory. What is the same there already is not written, so that who may only
+/// read the session can still score it. An exercise's result is added to a report that says nothing of one, and is not
+/// taken out of a report that has one.
+void keep(const Written& report, const SessionFolder& folder, bool force) {
+  const std::optional<std::string> html = folder.read(kReportPage), json = folder.read(report.json_file);
+  if (html == report.html && json == report.json) return;
+  bool is_replaced = force;
+  if (json && json != report.json && are_same_but_for_exercise(*json, report.json)) {
+    if (!report.score.exercise && !force) return;
+    is_replaced |= html == without(report.html, exercise_section(report.score));
+  }
+  keep_report(folder_to_write(folder.path()), {{kReportPage, report.html}, {report.json_file, report.json}},
+              is_replaced ? EarlierReport::kReplaced : EarlierReport::kRefused);
+}
+
 int finish(const ScoreOptions& options, const std::optional<Exercise>& exercise, const Written& report) {
   const std::filesystem::path& recording = *options.recording;
   if (!report.note.empty()) std::cerr << "brachy: " << report.note << "\n";
@@ -182,11 +236,8 @@ int finish(const ScoreOptions& options, const std::optional<Exercise>& exercise,
   if (options.out) {
     write_text(*options.out, report.html, options.force);
     write_text(*json_beside(options), report.json, options.force);
-  } else if (const SessionFolder folder = SessionFolder::open(recording);
-             folder.read(kReportPage) != report.html || folder.read(report.json_file) != report.json) {
-    // Who may only read it can still score it where the report is there already.
-    keep_report(folder_to_write(recording), {{kReportPage, report.html}, {report.json_file, report.json}},
-                options.force ? EarlierReport::kReplaced : EarlierReport::kRefused);
+  } else {
+    keep(report, SessionFolder::open(recording), options.force);
   }
   if (options.json)
     std::cout << report.json;
@@ -194,14 +245,15 @@ int finish(const ScoreOptions& options, const std::optional<Exercise>& exercise,
     std::cout << report.text << options.out.value_or(recording / kReportPage).string() << "\n";
   if (!exercise) return kExitOk;
   const ExerciseResult result = judge(*exercise, report.score);
-  (options.json ? std::cerr : std::cout) << to_text(*exercise, result);
+  (options.json ? std::cerr : std::cout) << to_text(result);
   return result.has_passed() ? kExitOk : kExitFailed;
 }
 
 int run(const ScoreOptions& options) {
+  if (options.of_class) return show_class(options);
   if (options.history) return show_history(options);
   if (!options.recording)
-    throw UserError("give a recording to score, or --history with a directory of scored sessions");
+    throw UserError("give a recording to score, or --history or --class with a directory of scored sessions");
   const std::filesystem::path& recording = *options.recording;
   if (is_recording_file(recording))
     throw UserError(recording.string() +
@@ -218,14 +270,15 @@ int run(const ScoreOptions& options) {
   Scoring scoring = load_scoring(options, exercise);
   if (scoring.scene.implant.is_hdr()) {
     const HdrPlan plan = hdr_plan_of(options, scoring);
-    const FractionReport report = make_fraction_report(recording, plan, scoring.scene, scoring.remarks);
+    const FractionReport report =
+        make_fraction_report(recording, plan, scoring.scene, {scoring.remarks, exercise});
     return finish(options, exercise,
                   {report.score, to_text(report), report.html, report.json, kHdrReportFile, scoring.note});
   }
   const Plan plan = plan_of(options, scoring);
   Progress progress("score");
-  const Report report = make_report(
-      recording, plan, scoring.scene, [&](double share) { progress.show(share); }, scoring.remarks);
+  const Report report = make_report(recording, plan, scoring.scene,
+                                    [&](double share) { progress.show(share); }, {scoring.remarks, exercise});
   progress.finish();
   return finish(options, exercise,
                 {report.score, to_text(report.score), report.html, report.json, kReportJson, scoring.note});
@@ -242,10 +295,22 @@ void declare(OptionList& list, ScoreOptions& options) {
   list.add(
       "--exercise", options.exercise,
       "config/exercises/….toml: whether the session passes, and why not; its scene is the default --config");
-  list.add("--history", options.history,
-           "instead of a recording: the trend of all scored sessions in this directory");
-  list.add("--instructor", options.instructor, "with --history: an instructor's sessions, to compare with");
-  list.add_output("--csv", options.csv, "with --history: file to write, a row for each session");
+  const Option history =
+      list.add("--history", options.history,
+               "instead of a recording: the trend of all scored sessions in this directory");
+  list.add("--instructor", options.instructor, "an instructor's sessions, to compare with").needs(history);
+  list.add("--cohort", options.cohort,
+           "a class's directory, whose other trainees' last sessions to compare with")
+      .needs(history);
+  const Option of_class =
+      list.add("--class", options.of_class,
+               "instead of a recording: trainees by exercises, of the sessions in this directory and in the "
+               "trainees' directories in it; --out writes its page")
+          .excludes(history);
+  list.add("--trainee", options.trainee, "the page has the sheet of this one alone: a record of completion")
+      .needs(of_class);
+  list.add_output("--csv", options.csv,
+                  "with --history a row for each session, with --class one for each trainee and exercise");
   list.add_flag("--what-if", options.what_if,
                 "score against another scene or plan than the session's own, with --out");
   list.add_force(options.force);
@@ -261,7 +326,9 @@ Tool score_tool() {
   brachy score out/run1 --plan plan.toml
   brachy score out/run1 --plan plan.csv --config patient.toml --out run1.html --json
   brachy score out/run1 --exercise config/exercises/01_one_needle.toml
-  brachy score --history out/anna --instructor out/instructor --csv anna.csv
+  brachy score --history out/class/anna --instructor out/instructor --cohort out/class --csv anna.csv
+  brachy score --class out/class --out class.html --csv class.csv
+  brachy score --class out/class --trainee Anna --out anna.html
 A session is scored in its own scene and against its own plan, which its session.json keeps; others are refused. A
 report that is there already is kept: where it would change, --out or --force says what to do.
 A recording is a directory with poses.csv, forces.csv and seeds.csv; missing or truncated files are reported,

@@ -18,13 +18,6 @@ std::string text_of(const OrderedJson& json) {
   return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
 }
 
-OrderedJson to_json(const ExerciseResult& result) {
-  OrderedJson lines = OrderedJson::array();
-  for (const BoundResult& bound : result.bounds)
-    lines.push_back({{"text", bound.text}, {"kept", bound.is_kept}});
-  return {{"state", "scored"}, {"passed", result.has_passed()}, {"lines", lines}};
-}
-
 net::DynamicPage json_page(std::function<std::string()> make) {
   return {true, [make = std::move(make)] {
             return net::DynamicPage::Content{200, "application/json", make()};
@@ -87,7 +80,8 @@ void ExercisePages::begin_score() {
   worker_->post([this, exercise = *running_] {
     OrderedJson result;
     try {
-      result = to_json(judge(exercise, score_()));
+      result = {{"state", "scored"}};
+      result.update(to_json(judge(exercise, score_())));
     } catch (const std::exception& e) {
       result = {{"state", "none"}, {"why", e.what()}};
     }

@@ -34,8 +34,8 @@ ImplantDose::ImplantDose(std::vector<Structure> structures, const DoseSettings& 
     voxels_.push_back(structure_voxels(SurfaceBvh(structure.mesh), grid_));
 }
 
-void ImplantDose::add(const DoseSeed& seed) {
-  grid_.add(seed);
+void ImplantDose::add(const DoseSeed& seed, const Vec3& stretch) {
+  grid_.add(seed, stretch);
   ++seed_count_;
 }
 

@@ -19,8 +19,9 @@ class ImplantDose {
   /// about the first. Errors: UserError where there is none, or the grid would be too large.
   ImplantDose(std::vector<Structure> structures, const DoseSettings& settings);
 
-  /// One more seed; finite, its axis of unit length.
-  void add(const DoseSeed& seed);
+  /// One more seed; finite, its axis of unit length. `stretch`: of tissue that is and stays swollen, along x, y and z;
+  /// volumes of figures are those without it.
+  void add(const DoseSeed& seed, const Vec3& stretch = Vec3::Ones());
   /// One more seed in a gland that is swollen on the day of the implant and comes back to where it is now
   /// (resolving_swelling()): what the tissue gets, point for point, while it does.
   void add_while_swollen(const DoseSeed& seed, const Vec3& day_zero_stretch, double resolved_days);

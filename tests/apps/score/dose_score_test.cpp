@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "apps/score/spread.h"
+#include "core/simulation/body_settings.h"
 #include "tests/apps/score/score_fixtures.h"
 
 namespace brachy {
@@ -87,6 +88,29 @@ TEST(DoseScore, WithoutSeedsOnlyThePlansDoseIsKnown) {
   EXPECT_GT(figure_of(score.plan, d90), 0);
   EXPECT_TRUE(std::isnan(figure_of(score.rest, d90)));
   EXPECT_TRUE(std::isnan(figure_of(score.plan, figure_named("urethra", "D30"))));  // the scene has none
+}
+
+TEST(DoseScore, OnDayZeroSeedsAndTissueLieAsFarApartAsInASwollenGland) {
+  const Plan plan = strong_plan();
+  const std::vector<Seed> seeds = dropped_as_planned(plan);
+  const DoseScore score = score_dose(plan, kGrid, prostate_only(), kSettings, &seeds);
+  // The same by hand: gland and seeds stretched, and the dose in them as they are then.
+  const Vec3 stretch = SwellingSettings::kDayZero;
+  std::vector<Structure> swollen = prostate_only();
+  for (Vec3& v : swollen.front().mesh.vertices) v = v.cwiseProduct(stretch);
+  DoseSettings fine = kSettings;
+  fine.spacing_mm = 0.5;
+  ImplantDose dose(swollen, fine);
+  for (const Seed& seed : seeds) {
+    DoseSeed moved = seed.at_rest();
+    moved.position = moved.position.cwiseProduct(stretch);
+    dose.add(moved);
+  }
+  const StructureDose by_hand = dose.evaluate().front();
+  ASSERT_EQ(score.day_zero.structures.size(), 1u);
+  EXPECT_NEAR(score.day_zero.structures[0].d90_gy, by_hand.d90_gy, 0.01 * by_hand.d90_gy);
+  EXPECT_NEAR(score.day_zero.structures[0].v100_percent, by_hand.v100_percent, 0.5);
+  EXPECT_LT(score.day_zero.structures[0].d90_gy, 0.95 * score.rest.structures[0].d90_gy);
 }
 
 }  // namespace

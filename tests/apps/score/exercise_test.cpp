@@ -76,7 +76,7 @@ TEST(Exercises, ASessionPassesWhereItKeepsAllBounds) {
 TEST(Exercises, EachBoundThatIsBrokenIsNamed) {
   const ExerciseResult bad = judge(bounded(), score_of(2.5, 2));
   EXPECT_FALSE(bad.has_passed());
-  const std::string text = to_text(bounded(), bad);
+  const std::string text = to_text(bad);
   EXPECT_NE(text.find("not passed"), std::string::npos) << text;
   EXPECT_NE(text.find("MISS mean error 2.5 mm, at most 2"), std::string::npos) << text;
   EXPECT_NE(text.find("MISS passes through organs 2, at most 0"), std::string::npos) << text;
@@ -98,7 +98,7 @@ TEST(Exercises, AVolumeStudyIsJudgedByTheLastOne) {
   score.studies = {{10, small}, {20, good}};
   EXPECT_TRUE(judge(exercise, score).has_passed());
   score.studies.push_back({30, small});
-  const std::string text = to_text(exercise, judge(exercise, score));
+  const std::string text = to_text(judge(exercise, score));
   EXPECT_NE(text.find("MISS volume study, error of the volume 33.33 %, at most 10"), std::string::npos)
       << text;
 }

@@ -104,6 +104,18 @@ TEST_F(OwnScene, AnExerciseIsPassedBySessionsOfItsOwnSceneAlone) {
   const Ended passed = run_brachy({"score", in("s"), "--exercise", own});
   ASSERT_TRUE(exited(passed, 0));
   EXPECT_NE(passed.out.find("exercise \"own\": passed"), std::string::npos) << passed.out;
+  // The report gains the result and nothing else, and keeps it.
+  auto judged = nlohmann::json::parse(read_file(folder / "s/report.json"));
+  EXPECT_EQ(judged["exercise"]["name"], "own");
+  EXPECT_EQ(judged["exercise"]["passed"], true);
+  EXPECT_FALSE(judged["exercise"]["lines"].empty());
+  judged["exercise"] = nullptr;
+  EXPECT_EQ(judged, nlohmann::json::parse(report));
+  report = read_file(folder / "s/report.json");
+  page = read_file(folder / "s/report.html");
+  EXPECT_NE(page.find("Exercise &ldquo;own&rdquo;: <b>passed</b>"), std::string::npos);
+  EXPECT_TRUE(exited(run_brachy({"score", in("s")}), 0));
+  EXPECT_TRUE(is_kept());
   for (const std::vector<std::string>& more : {std::vector<std::string>{},
                                                {"--config", scene},
                                                {"--config", other},
