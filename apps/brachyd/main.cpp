@@ -5,14 +5,17 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
+#include <memory>
 
 #include "apps/command_line/daemon_line.h"
 #include "apps/daemon/control/read_scene.h"
 #include "apps/daemon/daemon.h"
+#include "apps/daemon/exercise/attempts.h"
 #include "apps/daemon/service/escaping_formatter.h"
 #include "apps/daemon/service/stderr_sink.h"
 #include "apps/daemon/telemetry/summary_report.h"
@@ -53,6 +56,62 @@ std::string viewer_text(const Daemon& daemon, bool has_tls) {
          std::to_string(*port) + "/";
 }
 
+/// Where it listens, a line each, the native port first.
+void announce(const Daemon& daemon, const DaemonOptions& options, bool has_tls) {
+  // With --json each line of standard output is a JSON object.
+  const auto print = [&](const std::string& what, const std::string& key, const std::string& address,
+                         int port) {
+    const std::string where = address + ":" + std::to_string(port);
+    std::cout << (options.json ? "{\"" + key + "\":\"" + where + "\"}" : what + " " + where) << std::endl;
+  };
+  print("brachyd listening on", "listening_on", daemon.address(), daemon.port());
+  if (const auto port = daemon.http_port())
+    print(has_tls ? "https on" : "http on", has_tls ? "https_on" : "http_on", daemon.address(), *port);
+  spdlog::info("{}", viewer_text(daemon, has_tls));
+  if (const auto port = daemon.igtl_port()) print("igtl on", "igtl_on", daemon.igtl_address(), *port);
+}
+
+/// Signals that come while one daemon has ended and the next is not there yet wait for it.
+class SignalsHeld {
+ public:
+  SignalsHeld() {
+    sigset_t ends;
+    sigemptyset(&ends);
+    for (const int number : {SIGINT, SIGTERM}) sigaddset(&ends, number);
+    pthread_sigmask(SIG_BLOCK, &ends, &before_);
+  }
+  ~SignalsHeld() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+  SignalsHeld(const SignalsHeld&) = delete;
+  SignalsHeld& operator=(const SignalsHeld&) = delete;
+
+ private:
+  sigset_t before_;
+};
+
+/// The daemon of the next attempt, on the ports of the one that ended; where that cannot be, of the scene before,
+/// without recording.
+std::unique_ptr<Daemon> go_on(std::unique_ptr<Daemon> ended, const Attempt& next, DaemonOptions& options) {
+  const SignalsHeld held;
+  options.port = ended->port();
+  if (const auto port = ended->http_port()) options.http_port = *port;
+  if (const auto port = ended->igtl_port()) options.igtl_port = *port;
+  ended.reset();
+  DaemonOptions attempt = options;
+  attempt.config = next.scene;
+  attempt.session = next.session;
+  attempt.trainee = next.trainee;
+  attempt.trajectory.reset();
+  try {
+    auto daemon = std::make_unique<Daemon>(read_scene(attempt), attempt);
+    options = attempt;
+    return daemon;
+  } catch (const UserError& e) {
+    spdlog::error("the attempt cannot begin: {}; the scene before goes on, unrecorded", e.what());
+  }
+  options.session.reset();
+  return std::make_unique<Daemon>(read_scene(options), options);
+}
+
 int run(DaemonOptions options) {
   options.set_up = announced_set_up([](const std::string& line) { spdlog::info(line); });
   const Scene scene = read_scene(options);
@@ -70,24 +129,23 @@ int run(DaemonOptions options) {
     std::cout << escaped(options.config->string()) << ": ok\n";
     return kExitOk;
   }
-  Daemon daemon(scene, options);
-  // With --json each line of standard output is a JSON object.
-  const auto print = [&](const std::string& what, const std::string& key, const std::string& address,
-                         int port) {
-    const std::string where = address + ":" + std::to_string(port);
-    std::cout << (options.json ? "{\"" + key + "\":\"" + where + "\"}" : what + " " + where) << std::endl;
-  };
-  print("brachyd listening on", "listening_on", daemon.address(), daemon.port());
-  const bool has_tls = scene.server.has_tls();
-  if (const auto port = daemon.http_port())
-    print(has_tls ? "https on" : "http on", has_tls ? "https_on" : "http_on", daemon.address(), *port);
-  spdlog::info("{}", viewer_text(daemon, has_tls));
-  if (const auto port = daemon.igtl_port()) print("igtl on", "igtl_on", daemon.igtl_address(), *port);
-  const DaemonSummary summary = daemon.run();
-  std::cerr << to_text(summary);
-  if (options.json) std::cout << to_json(summary) << std::endl;
-  if (summary.is_worker_busy) std::_Exit(kExitOk);  // all is reported and closed; do not wait for the worker
-  return kExitOk;
+  if (options.sessions && options.config)
+    if (const auto exercise = exercise_of_scene(*options.config))
+      options.session = next_attempt(*options.sessions, *exercise, options.trainee).session;
+  auto daemon = std::make_unique<Daemon>(scene, options);
+  announce(*daemon, options, scene.server.has_tls());
+  for (;;) {
+    const DaemonSummary summary = daemon->run();
+    std::cerr << to_text(summary);
+    if (options.json) std::cout << to_json(summary) << std::endl;
+    if (!summary.next) {
+      if (summary.is_worker_busy)
+        std::_Exit(kExitOk);  // all is reported and closed; do not wait for the worker
+      return kExitOk;
+    }
+    if (options.duration_s) *options.duration_s = std::max(*options.duration_s - summary.elapsed_s, 1e-3);
+    daemon = go_on(std::move(daemon), *summary.next, options);
+  }
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "apps/command_line/daemon_line.h"
 
+#include <iostream>
+
 #include "apps/command_line/command_line_parts.h"
 #include "apps/command_line/option_groups.h"
 
@@ -23,6 +25,8 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
       "  brachyd --config config/prostate.toml --nats nats://127.0.0.1:4222    for viewers on other "
       "machines: brachy relay --help\n"
       "  brachyd --config config/session.toml --session out/monday   keeps every seed, ends with a report\n"
+      "  brachyd --config config/exercises/scenes/01_one_needle.toml --sessions out/class --http-port 18951\n"
+      "                                                     exercises in the browser, one after the other\n"
       "  brachyd --check-config my.toml                     reports the errors of a scene\n"
       "  brachyd doctor --config my.toml                    reports whether this machine can run it\n"
       "SIGHUP reads the scene file again.\n"
@@ -46,13 +50,17 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
       "--trajectory", options.trajectory,
       "CSV of a scripted needle that an operator can start; default: the scene's device.trajectory");
   app.add_flag("--play", options.play, "start the scripted needle at once, in a loop");
-  app.add_option(
+  auto* session = app.add_option(
       "--session", options.session,
       "directory to record poses, forces and seeds in, and the report at the end; a session that it holds\n"
       "(also one that was killed) is resumed, with its seeds in the tissue");
+  app.add_option("--sessions", options.sessions,
+                 "directory of attempts at exercises: operators begin them in the viewer, each is recorded "
+                 "in a directory\n"
+                 "of its own and scored")
+      ->excludes(session);
   as_short_name(
-      Option(app.add_option("--trainee", options.trainee, "who practises; stands in the session's files")
-                 ->needs("--session")));
+      Option(app.add_option("--trainee", options.trainee, "who practises; stands in the session's files")));
   app.add_option("--simd", options.simd, "instruction set of the field evaluation; default: the scene's")
       ->check(simd_choices());
   app.add_flag(
@@ -84,6 +92,10 @@ DaemonOptions parse_daemon_line(int argc, char** argv, std::optional<int>& exit_
       ->check(simd_choices());
   doctor->add_flag("--json", options.json, "print all findings as JSON");
   exit_code = parse_arguments(app, argc, argv);
+  if (!exit_code && !options.trainee.empty() && !options.session && !options.sessions) {
+    std::cerr << "brachyd: --trainee needs --session or --sessions\nTry --help.\n";
+    exit_code = kExitBadInput;
+  }
   if (*doctor) options.doctor_s = doctor_s;
   if (check_option->count()) {
     options.config = check;

@@ -24,6 +24,8 @@ struct DaemonOptions {
   bool play = false;                                ///< start it at once, in a loop
   /// directory to record into, or to resume; none: nothing is recorded
   std::optional<std::filesystem::path> session;
+  /// directory in which each attempt at an exercise gets one of its own to record into; none: no attempts
+  std::optional<std::filesystem::path> sessions;
   std::string trainee;  ///< whose session it is, as it is to stand in its files; empty: nobody's
   std::string simd;     ///< empty: the scene's
   bool control_thread = false;

@@ -39,6 +39,7 @@
 #include "apps/daemon/telemetry/telemetry.h"
 #include "apps/daemon/telemetry/tick_events.h"
 #include "core/base/error.h"
+#include "core/base/escaped.h"
 #include "core/realtime/capabilities.h"
 #include "core/realtime/hand_over.h"
 #include "core/realtime/realtime_thread.h"
@@ -296,6 +297,13 @@ class Daemon::Impl {
       thread->request_stop();
       if (thread->joinable()) thread->join();
     }
+    // A signal that came meanwhile ends it for good.
+    if (next_) {
+      end_signals_.start([this](int) { next_.reset(); });
+      loop_.run_ready();
+      end_signals_.cancel();
+    }
+    summary.next = next_;
     summary.elapsed_s = 1e-9 * static_cast<double>(loop_.clock().now_ns() - start_ns);
     finish(summary);
     return summary;
@@ -415,7 +423,8 @@ class Daemon::Impl {
     reload_.emplace(loop_, worker_, *controls_, *watch_, options_);
     on_snapshot_.push_back([this](const auto&) { reload_->begin_if_requested(); });
     at_end_.push_back([this] { reload_->stop(); });
-    at_end_.push_back([this] { watch_->end(); });
+    at_end_.push_back(
+        [this] { watch_->end(next_ ? ServiceWatch::End::kGoesOn : ServiceWatch::End::kStops); });
   }
 
   void add_telemetry() {
@@ -429,10 +438,13 @@ class Daemon::Impl {
   }
 
   void add_exercises() {
-    std::function<Score()> score;
+    std::function<ScoredSession()> score;
     if (loaded_.session) score = [this] { return loaded_.session->score(); };
-    exercises_.emplace(loop_, options_.config, std::move(score), as_background_thread("score"));
+    exercises_.emplace(loop_, options_.config, options_.sessions, std::move(score),
+                       as_background_thread("score"));
     pages_.merge(exercises_->pages());
+    on_request<net::ExerciseMessage>(
+        [this](const auto& message, const auto& from) { return go_on_with(message, from.name); });
   }
 
   void add_http() {
@@ -530,6 +542,22 @@ class Daemon::Impl {
     network_device(message.needle).load(is_nothing ? -1 : message.plan_needle);
     const std::string what = planned ? "as " + planned->hole : "as nothing";
     announce({net::EventKind::kNote, message.needle, 0, "needle loaded " + what + " by " + client});
+    return {};
+  }
+
+  /// Ends this run for an attempt at an exercise, once the clients have been told.
+  std::string go_on_with(const net::ExerciseMessage& message, const std::string& client) {
+    if (escaped(message.trainee) != message.trainee) return "a trainee's name is letters on one line";
+    try {
+      next_ = exercises_->attempt(message.file, message.trainee);
+    } catch (const UserError& e) {
+      return e.what();
+    }
+    const std::string who = message.trainee.empty() ? "" : " for " + message.trainee;
+    const std::string what = "exercise " + message.file + " begins" + who + ", asked for by " + client;
+    log_(what);
+    server_.broadcast({net::EventKind::kReset, 0, 0, what + ": connect again"});
+    loop_.post([this] { end(); });
     return {};
   }
 
@@ -678,6 +706,7 @@ class Daemon::Impl {
                           server_.broadcast(event);
                         }};
   bool is_ending_ = false;
+  std::optional<Attempt> next_;               // why it is ending; none: for good
   const std::unique_ptr<Worker> handshakes_;  // computes what server_ gives it; null: no TLS
   net::Server server_;
   // Made by wire(), as are all below.

@@ -100,14 +100,16 @@ void RecordedSession::write_catheters() const {
     log_.folder().replace(kCatheterFile, to_csv(*catheters));
 }
 
-Score RecordedSession::score() const {
+ScoredSession RecordedSession::score() const {
   const std::filesystem::path& folder = log_.folder().path();
   if (plan_.fraction) {
     write_catheters();
-    return make_fraction_report(folder, *plan_.fraction, scene_).score;
+    FractionReport report = make_fraction_report(folder, *plan_.fraction, scene_);
+    return {std::move(report.score), std::move(report.html)};
   }
   if (!plan_.seeds) throw UserError("the scene has no plan to score against: give it plan.file");
-  return score_recording(folder, *plan_.seeds, scene_, load_structures(scene_));
+  Report report = make_report(folder, *plan_.seeds, scene_);
+  return {std::move(report.score), std::move(report.html)};
 }
 
 std::string RecordedSession::end(const Exercise* exercise, std::int64_t utc_ns) {

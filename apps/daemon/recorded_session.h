@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/daemon/exercise/exercise_pages.h"
 #include "apps/daemon/loops/saved_tick.h"
 #include "apps/score/exercise.h"
 #include "apps/session/session_log.h"
@@ -55,9 +56,9 @@ class RecordedSession {
   /// Threads: one at a time; not that of record().
   std::string store(RecordedStudy study) const;
 
-  /// Scores what has been recorded so far; takes up to seconds. Throws UserError, also without a plan.
+  /// Scores what has been recorded so far, for a report; takes up to seconds. Throws UserError, also without a plan.
   /// Threads: any, one at a time, also while another records.
-  Score score() const;
+  ScoredSession score() const;
 
   /// Closes the files and, with a plan, writes report.html and report.json, of a fraction hdr_report.json. Returns a
   /// summary for the operator, with the result of `exercise` unless it is null.

@@ -6,8 +6,8 @@
 namespace brachy::net {
 
 // Each in the source file of its name. scripts/ci/wire_constants.py compares the table with net/protocol.json.
-Request handle_arm, handle_contour, handle_control, handle_drop, handle_load, handle_plan, handle_pose,
-    handle_scanner;
+Request handle_arm, handle_contour, handle_control, handle_drop, handle_exercise, handle_load, handle_plan,
+    handle_pose, handle_scanner;
 
 namespace {
 
@@ -16,10 +16,11 @@ struct Entry {
   Request* request;
 };
 constexpr Entry kRequests[] = {
-    {MessageType::kArm, handle_arm},         {MessageType::kContour, handle_contour},
-    {MessageType::kControl, handle_control}, {MessageType::kDrop, handle_drop},
-    {MessageType::kLoad, handle_load},       {MessageType::kPlan, handle_plan},
-    {MessageType::kPose, handle_pose},       {MessageType::kScanner, handle_scanner},
+    {MessageType::kArm, handle_arm},           {MessageType::kContour, handle_contour},
+    {MessageType::kControl, handle_control},   {MessageType::kDrop, handle_drop},
+    {MessageType::kExercise, handle_exercise}, {MessageType::kLoad, handle_load},
+    {MessageType::kPlan, handle_plan},         {MessageType::kPose, handle_pose},
+    {MessageType::kScanner, handle_scanner},
 };
 
 }  // namespace

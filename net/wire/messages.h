@@ -48,6 +48,7 @@ enum class MessageType : std::uint16_t {
   kLoad = 19,
   kPlan = 20,
   kContour = 21,
+  kExercise = 22,
 };
 
 /// Types of which a client never sends a message, and a server never one; the others go both ways.
@@ -75,6 +76,7 @@ constexpr bool only_clients_send(MessageType type) {
     case MessageType::kDrop:
     case MessageType::kControl:
     case MessageType::kLoad:
+    case MessageType::kExercise:
       return true;
     default:
       return false;
@@ -506,6 +508,13 @@ struct ContourSlice {
   std::vector<std::array<double, 2>> points;  ///< x and y in the plane, mm; the last is joined to the first
 };
 
+/// An operator begins an attempt at an exercise: the server goes on with its scene, and every client connects again.
+struct ExerciseMessage {
+  static constexpr MessageType kType = MessageType::kExercise;
+  std::string file;     ///< of /exercises
+  std::string trainee;  ///< whose attempt it is; empty: nobody's
+};
+
 /// A plane of ContourMessage's score.
 struct ContourPlaneScore {
   std::int32_t slice = 0;  ///< as ContourSlice's
@@ -612,24 +621,25 @@ struct EventMessage {
 };
 
 enum class ErrorCode : std::uint16_t {
-  kProtocol = 1,         ///< the peer broke PROTOCOL.md
-  kVersion = 2,          ///< another protocol version
-  kTooLarge = 3,         ///< a body over max_message_bytes
-  kBusy = 4,             ///< no slot for another client
-  kDeviceBusy = 5,       ///< another device holds the lease
-  kNotDevice = 6,        ///< POSE, ARM or DROP from a client without that right
-  kPoseRefused = 7,      ///< `reason` says which rule
-  kPoseRate = 8,         ///< more than max_poses_per_s
-  kTimeout = 9,          ///< no HELLO, no answer, or nothing read in time
-  kShutdown = 10,        ///< the server stops
-  kNoNeedle = 11,        ///< HELLO or ARM names a needle that does not exist
-  kNotOperator = 12,     ///< CONTROL from a client that is not an operator
-  kControlRefused = 13,  ///< a CONTROL that cannot be done; the text gives the reason
-  kUnauthorised = 14,    ///< no token, an unknown one, or one for another role
-  kScannerRefused = 15,  ///< a SCANNER that cannot be done; the text gives the reason
-  kPlanRefused = 16,     ///< a PLAN that cannot be done; the text gives the reason
-  kLoadRefused = 17,     ///< a LOAD that cannot be done; the text gives the reason
-  kContourRefused = 18,  ///< a CONTOUR that cannot be scored; the text gives the reason
+  kProtocol = 1,          ///< the peer broke PROTOCOL.md
+  kVersion = 2,           ///< another protocol version
+  kTooLarge = 3,          ///< a body over max_message_bytes
+  kBusy = 4,              ///< no slot for another client
+  kDeviceBusy = 5,        ///< another device holds the lease
+  kNotDevice = 6,         ///< POSE, ARM or DROP from a client without that right
+  kPoseRefused = 7,       ///< `reason` says which rule
+  kPoseRate = 8,          ///< more than max_poses_per_s
+  kTimeout = 9,           ///< no HELLO, no answer, or nothing read in time
+  kShutdown = 10,         ///< the server stops
+  kNoNeedle = 11,         ///< HELLO or ARM names a needle that does not exist
+  kNotOperator = 12,      ///< CONTROL from a client that is not an operator
+  kControlRefused = 13,   ///< a CONTROL that cannot be done; the text gives the reason
+  kUnauthorised = 14,     ///< no token, an unknown one, or one for another role
+  kScannerRefused = 15,   ///< a SCANNER that cannot be done; the text gives the reason
+  kPlanRefused = 16,      ///< a PLAN that cannot be done; the text gives the reason
+  kLoadRefused = 17,      ///< a LOAD that cannot be done; the text gives the reason
+  kContourRefused = 18,   ///< a CONTOUR that cannot be scored; the text gives the reason
+  kExerciseRefused = 19,  ///< an EXERCISE that cannot begin; the text gives the reason
 };
 
 /// PoseRefusals::code and ErrorMessage::reason from here on are the server's; lower ones are the daemon's.

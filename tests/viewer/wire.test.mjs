@@ -12,7 +12,7 @@ test('every message that a server sends is decoded, or skipped where the viewer 
   for (const [name, bytes] of golden) {
     const message = viewer.decodeMessage(bytes);
     const type = name.replace(/_(TOKEN|IMAGES|PLANNED)$/, '');  // some have a second example
-    const fromServer = !['HELLO', 'POSE', 'ARM', 'DROP', 'CONTROL', 'LOAD', 'LOCAL_MODEL'].includes(type);
+    const fromServer = !['HELLO', 'POSE', 'ARM', 'DROP', 'CONTROL', 'LOAD', 'EXERCISE', 'LOCAL_MODEL'].includes(type);
     assert.equal(message.kind, fromServer ? type.toLowerCase() : 'other', name);
   }
 });

@@ -22,6 +22,11 @@ void EventLoop::run() {
   }
 }
 
+void EventLoop::run_ready() {
+  io_->restart();
+  io_->poll();
+}
+
 void EventLoop::post(std::function<void()> work) {
   boost::asio::post(*io_, std::move(work));
 }

@@ -23,6 +23,8 @@ class EventLoop {
 
   /// Runs handlers until nothing is left to wait for.
   void run();
+  /// After run(): the handlers that are ready now. Threads: the one of run().
+  void run_ready();
   /// Runs `work` on the io thread. Threads: any. Real-time: no, it allocates and locks.
   void post(std::function<void()> work);
 

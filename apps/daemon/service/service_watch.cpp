@@ -21,10 +21,10 @@ void ServiceWatch::begin() {
   if (manager_.watchdog()) schedule_feed();
 }
 
-void ServiceWatch::end() {
+void ServiceWatch::end(End end) {
   is_ending_ = true;
   timer_->cancel();
-  manager_.stopping();
+  if (end == End::kStops) manager_.stopping();
 }
 
 std::string ServiceWatch::failure() {

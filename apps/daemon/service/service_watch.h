@@ -24,7 +24,9 @@ class ServiceWatch {
   ServiceWatch(EventLoop& loop, double period_s, Handlers handlers);
 
   void begin();  ///< the daemon listens, and its loop ticks from here on
-  void end();    ///< reports that the daemon is stopping, and nothing afterwards
+  /// Reports that the daemon is stopping, unless another goes on in this process; and nothing afterwards.
+  enum class End { kStops, kGoesOn };
+  void end(End end = End::kStops);
 
   /// A tick that began at `start_ns` was published.
   void on_tick(std::int64_t start_ns) { pulse_.on_tick(start_ns); }

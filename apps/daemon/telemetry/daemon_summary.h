@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "apps/daemon/exercise/attempts.h"
 #include "apps/daemon/loops/dose_loop.h"
 #include "apps/daemon/loops/loop_statistics.h"
 #include "apps/daemon/loops/ultrasound_loop.h"
@@ -30,6 +31,7 @@ struct DaemonSummary {
   std::uint64_t wrong_tokens = 0;   ///< presented by clients
   std::optional<net::PublisherStatistics> broker;  ///< nullopt: nothing was published
   std::uint64_t forces_replaced = 0;  ///< force messages that a newer one replaced before they were sent
+  std::optional<Attempt> next;        ///< what to go on with, on the same ports; none: the daemon was ended
   bool is_worker_busy = false;  ///< a worker still builds a simulator nobody needs; ~Daemon would wait for it
 };
 

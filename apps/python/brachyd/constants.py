@@ -32,6 +32,7 @@ class MessageType(IntEnum):
     LOAD = 19
     PLAN = 20
     CONTOUR = 21
+    EXERCISE = 22
 
 
 class Role(IntEnum):
@@ -73,6 +74,7 @@ class ErrorCode(IntEnum):
     PLAN_REFUSED = 16
     LOAD_REFUSED = 17
     CONTOUR_REFUSED = 18
+    EXERCISE_REFUSED = 19
 
 
 class PlanKind(IntEnum):

@@ -1641,6 +1641,30 @@ class Plan:
 
 
 @dataclass
+class Exercise:
+    TYPE: ClassVar[MessageType] = MessageType.EXERCISE
+    file: str = ""
+    trainee: str = ""
+
+    @classmethod
+    def read(cls, r: Reader) -> Exercise:
+        file = r.text()
+        trainee = r.text()
+        r.skip_sections()
+        return cls(file, trainee)
+
+    def write(self, w: Writer) -> None:
+        w.text(self.file)
+        w.text(self.trainee)
+        w.sections([])
+
+    def encode(self) -> bytes:
+        w = Writer()
+        self.write(w)
+        return bytes(w.data)
+
+
+@dataclass
 class ContourScore:
     dice: float = 0.0
     outlined_cm3: float = 0.0
@@ -1738,5 +1762,6 @@ MESSAGES: Dict[int, Any] = {
     MessageType.SCANNER: Scanner,
     MessageType.LOAD: Load,
     MessageType.PLAN: Plan,
+    MessageType.EXERCISE: Exercise,
     MessageType.CONTOUR: Contour,
 }

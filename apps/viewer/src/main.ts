@@ -51,7 +51,7 @@ const legend = new Legend(settings, (some) => display.change(some));
 const volume = new VolumePanel(endpoint, settings, (some) => display.change(some), (shown) => viewport.setVolume(shown));
 const scanner = new UltrasoundConsole(live, session);
 const plan = new PlanPanel(live, session);
-const exercise = new ExercisePanel(endpoint);
+const exercise: ExercisePanel = new ExercisePanel(endpoint, live, () => hand.release());
 const simulation = new SimulationPanel(live, session, () => exercise.list.recorded);
 const hand = new HandPanel(endpoint, session, live, settings, () => simulation.plays, () => shownNeedle, (needle) => showNeedle(needle), (hole) => display.change({hole}));
 new NeedleDrag(byId<HTMLCanvasElement>('scene'), viewport, hand);
@@ -158,6 +158,7 @@ function updateCharts(): void {
   showAge(ageS);
   showEvents(session, settings.terms);
   simulation.update();
+  exercise.update();
   scanner.chosenHole = settings.hole;
   if (scanner.isOpen) scanner.update();
   hand.update();

@@ -17,10 +17,11 @@ from attack import prefer_rightful_clients, split_messages
 from programs import Daemon, Row, metric, read, running
 
 HELLO, POSE, PING, ARM, DROP, CONTROL, IMAGE, SCANNER, LOAD, PLAN, CONTOUR = 1, 5, 9, 12, 13, 15, 17, 18, 19, 20, 21
-KINDS = ["HELLO", "POSE", "PING", "ARM", "DROP", "CONTROL", "SCANNER", "LOAD", "PLAN", "CONTOUR", "unknown"]
+EXERCISE = 22
+KINDS = ["HELLO", "POSE", "PING", "ARM", "DROP", "CONTROL", "SCANNER", "LOAD", "PLAN", "CONTOUR", "EXERCISE", "unknown"]
 DOORS = KINDS + ["HTTP", "OpenIGTLink"]
 IMAGES, PLANS = 32, 64  # bits of a subscription
-PAGES = ["/healthz", "/metrics", "/exercises", "/exercise-result", "/volume", "/", "/ws", "/index.html", "/nowhere"]
+PAGES = ["/healthz", "/metrics", "/exercises", "/exercise-result", "/exercise-report", "/volume", "/", "/ws", "/index.html", "/nowhere"]
 MOST_BODY, MOST_OUTLINES, MOST_POINTS = 65536, 64, 2000
 IMAGE_TICK, IMAGE_PLANE = 16, 48  # offsets
 LEAST_WAIT_S = 0.005  # for an answer, of a native peer
@@ -115,7 +116,7 @@ class Generator:
     def native(self):
         """Name, number and body of a request."""
         r = self.random
-        kind = r.choices(KINDS, [1, 4, 4, 6, 6, 10, 10, 10, 30, 8, 4])[0]
+        kind = r.choices(KINDS, [1, 4, 4, 6, 6, 10, 10, 10, 30, 8, 4, 4])[0]
         needle = r.choice([0, 1, 2, 7, 0xFFFF])
         if kind == "HELLO":
             return kind, HELLO, hello_body(r.randint(0, 5), self.name(80))
@@ -130,12 +131,13 @@ class Generator:
         if kind == "LOAD":
             return kind, LOAD, struct.pack("<HHI", needle, r.choice([r.randint(0, 30), 0xFFFF, r.randint(0, 65535)]), 0)
         if kind == "unknown":
-            return kind, r.choice([0, 2, 3, 6, 22, 999, 65535]), bytes(self.size(MOST_BODY))
+            return kind, r.choice([0, 2, 3, 6, 23, 999, 65535]), bytes(self.size(MOST_BODY))
         return {
             "CONTROL": lambda: (kind, CONTROL, self.control()),
             "SCANNER": lambda: (kind, SCANNER, self.scanner()),
             "PLAN": lambda: (kind, PLAN, self.plan()),
             "CONTOUR": lambda: (kind, CONTOUR, self.contour()),
+            "EXERCISE": lambda: (kind, EXERCISE, text_field(self.name(600)) + text_field(self.name(80)) + bytes(4)),
         }[kind]()
 
     def http(self):

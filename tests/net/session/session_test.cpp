@@ -31,6 +31,7 @@ struct SessionTest : ::testing::Test {
     handle<DropMessage>("drop");
     handle<ControlMessage>("control");
     handle<LoadMessage>("load");
+    handle<ExerciseMessage>("exercise");
     handle<PlanMessage>("plan");
     handle<ScannerMessage>("scanner");
     handle<ContourMessage>("contour");
@@ -179,6 +180,7 @@ TEST_F(SessionTest, OperatorsRequestsAreRefusedToOthersByName) {
     const std::string only = "only a client with the role operator may send ";
     expect_refused(sample_control(), ErrorCode::kNotOperator, only + "CONTROL");
     expect_refused(load(0), ErrorCode::kNotOperator, only + "LOAD");
+    expect_refused(sample_exercise(), ErrorCode::kNotOperator, only + "EXERCISE");
     expect_refused(sample_plan(), ErrorCode::kNotOperator, only + "PLAN");
     expect_refused(sample_contour(), ErrorCode::kNotOperator, only + "CONTOUR");
     expect_refused(sample_scanner(), ErrorCode::kNotOperator,
@@ -215,6 +217,7 @@ TEST_F(SessionTest, AViewOnlyServerNamesTheOneForOperators) {
   expect_refused(sample_control(), ErrorCode::kNotOperator, only + "CONTROL" + where);
   expect_refused(sample_plan(), ErrorCode::kNotOperator, only + "PLAN" + where);
   expect_refused(load(0), ErrorCode::kNotOperator, only + "LOAD" + where);
+  expect_refused(sample_exercise(), ErrorCode::kNotOperator, only + "EXERCISE" + where);
   expect_refused(sample_contour(), ErrorCode::kNotOperator, only + "CONTOUR" + where);
 }
 
@@ -254,6 +257,16 @@ TEST_F(SessionTest, ScannerAndContourHaveRatesOfTheirOwn) {
   clock.advance(std::chrono::seconds(1));
   send(sample_contour(), sample_contour());
   EXPECT_EQ(count("contour"), 3);
+}
+
+TEST_F(SessionTest, ExercisesBeginOnceASecond) {
+  join(Role::kOperator);
+  send_times(2, sample_exercise());
+  expect_refused(sample_exercise(), ErrorCode::kExerciseRefused, "more than one EXERCISE a second");
+  EXPECT_EQ(count("exercise"), 2);
+  clock.advance(std::chrono::seconds(1));
+  send(sample_exercise());
+  EXPECT_EQ(count("exercise"), 3);
 }
 
 TEST_F(SessionTest, ArmsOverTheRateAreSkippedAndDropsOverItEndTheSession) {
@@ -314,6 +327,7 @@ TEST_F(SessionTest, AHandlersReasonIsSentWithTheRequestsCode) {
   reason = "a session is being recorded";
   expect_refused(sample_control(), ErrorCode::kControlRefused, reason);
   expect_refused(load(0), ErrorCode::kLoadRefused, reason);
+  expect_refused(sample_exercise(), ErrorCode::kExerciseRefused, reason);
   expect_refused(sample_plan(), ErrorCode::kPlanRefused, reason);
   expect_refused(sample_scanner(), ErrorCode::kScannerRefused, reason);
   expect_refused(sample_contour(), ErrorCode::kContourRefused, reason);
@@ -325,6 +339,7 @@ TEST_F(SessionTest, RequestsThatNobodyCarriesOutAreRefused) {
   join(Role::kOperator);
   expect_refused(sample_control(), ErrorCode::kControlRefused, "this server has no controls");
   expect_refused(load(0), ErrorCode::kLoadRefused, "this server loads no needles");
+  expect_refused(sample_exercise(), ErrorCode::kExerciseRefused, "this server has no exercises");
   expect_refused(sample_plan(), ErrorCode::kPlanRefused, "this server has no plan");
   expect_refused(sample_scanner(), ErrorCode::kScannerRefused, "this server has no ultrasound scanner");
   expect_refused(sample_contour(), ErrorCode::kContourRefused, "this server scores no volume studies");
@@ -441,7 +456,7 @@ TEST_F(SessionTest, TheLargestStudyPassesTheLimitOfMessagesFromAnOperatorAlone) 
 
 TEST_F(SessionTest, MessagesOfLaterVersionsAreSkippedAndThoseOfServersEndIt) {
   join(Role::kViewer);
-  for (const int type : {22, 999, 65535}) connection->send_header_and_body(MessageType(type), Bytes(7));
+  for (const int type : {23, 999, 65535}) connection->send_header_and_body(MessageType(type), Bytes(7));
   connection->send_header_and_body(MessageType(0), {});
   connection->read_all();
   EXPECT_EQ(errors(), 0u);
@@ -452,8 +467,8 @@ TEST_F(SessionTest, MessagesOfLaterVersionsAreSkippedAndThoseOfServersEndIt) {
 TEST_F(SessionTest, ABodyOfAnotherLengthEndsIt) {
   for (const MessageType type :
        {MessageType::kArm, MessageType::kDrop, MessageType::kControl, MessageType::kLoad, MessageType::kPlan,
-        MessageType::kPose, MessageType::kScanner, MessageType::kContour, MessageType::kPing,
-        MessageType::kError}) {
+        MessageType::kPose, MessageType::kScanner, MessageType::kContour, MessageType::kExercise,
+        MessageType::kPing, MessageType::kError}) {
     join(Role::kOperator);
     connection->send_header_and_body(type, Bytes(3));
     connection->read_all();

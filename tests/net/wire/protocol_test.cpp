@@ -58,6 +58,7 @@ TEST(Protocol, GoldenBytesOfTheDocumentAreWhatTheCodecWritesAndReads) {
   expect_golden("IMAGE", sample_image(), 11, 2'000'000'012);
   expect_golden("SCANNER", sample_scanner(), 22, 1'000'001'000);
   expect_golden("CONTOUR", sample_contour(), 23, 1'000'001'512);
+  expect_golden("EXERCISE", sample_exercise(), 24, 1'000'001'768);
 }
 
 }  // namespace

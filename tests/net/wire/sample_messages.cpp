@@ -77,6 +77,9 @@ std::size_t held(const DropMessage&) {
 std::size_t held(const LoadMessage&) {
   return 0;
 }
+std::size_t held(const ExerciseMessage& m) {
+  return m.file.size() + m.trainee.size();
+}
 std::size_t held(const PlanMessage& m) {
   std::size_t bytes = m.by.capacity() + m.needles.capacity() * sizeof(PlanMessageNeedle);
   for (const PlanMessageNeedle& needle : m.needles) bytes += needle.hole.capacity() + needle.train.capacity();
@@ -353,6 +356,10 @@ LoadMessage sample_load() {
   return {2, 5};
 }
 
+ExerciseMessage sample_exercise() {
+  return {"01_one_needle.toml", "Anna"};
+}
+
 PlanMessage sample_plan() {
   PlanMessage message;
   message.kind = PlanKind::kEdited;
@@ -466,6 +473,7 @@ std::vector<std::pair<MessageType, Bytes>> sample_bodies() {
           {MessageType::kDose, body_of(sample_dose())},
           {MessageType::kDose, body_of(sample_dose_with_planned())},
           {MessageType::kLoad, body_of(sample_load())},
+          {MessageType::kExercise, body_of(sample_exercise())},
           {MessageType::kPlan, body_of(sample_plan())},
           {MessageType::kControl, body_of(sample_control())},
           {MessageType::kScene, body_of(sample_scene())},
@@ -507,6 +515,8 @@ DecodeResult decode_any(MessageType type, std::span<const std::byte> body, Bytes
       return decode_as<DoseMessage>(body, reencoded, held_bytes);
     case MessageType::kLoad:
       return decode_as<LoadMessage>(body, reencoded, held_bytes);
+    case MessageType::kExercise:
+      return decode_as<ExerciseMessage>(body, reencoded, held_bytes);
     case MessageType::kPlan:
       return decode_as<PlanMessage>(body, reencoded, held_bytes);
     case MessageType::kControl:

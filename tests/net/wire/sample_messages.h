@@ -25,6 +25,7 @@ LocalModelMessage sample_local_model();
 ArmMessage sample_arm();
 DropMessage sample_drop();
 LoadMessage sample_load();
+ExerciseMessage sample_exercise();
 PlanMessage sample_plan();
 DoseMessage sample_dose_with_planned();
 DoseMessage sample_dose();

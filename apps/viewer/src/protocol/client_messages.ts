@@ -1,6 +1,6 @@
 // Messages of this viewer: bodies of HELLO, POSE, PING, DROP, CONTROL.
 import {encoded} from './bytes.js';
-import {ControlAction, PlayFlag, writeControl, writeDrop, writeHello, writePing, writePose} from './wire_generated.js';
+import {ControlAction, PlayFlag, writeControl, writeDrop, writeExercise, writeHello, writePing, writePose} from './wire_generated.js';
 
 declare const VIEWER_VERSION: string;  // the build's
 
@@ -52,4 +52,9 @@ export function encodeControl(control: Control): Uint8Array {
     action: ACTIONS[control.action], flags: control.action === 'play' && control.loop ? PlayFlag.Loop : 0,
     supportRadiusMm: control.action === 'model' ? control.supportRadiusMm : 0, kernel: control.action === 'model' ? control.kernel : '',
   });
+}
+
+/** An operator begins an attempt; `file` as /exercises names it. */
+export function encodeExercise(file: string, trainee: string): Uint8Array {
+  return encoded(writeExercise, {file, trainee});
 }

@@ -8,7 +8,7 @@ export const ANY_NEEDLE = 65535;
 export const MessageType = {
   Hello: 1, Welcome: 2, Topology: 3, Frame: 4, Pose: 5, State: 6, Event: 7, Error: 8, Ping: 9, Force: 10,
   LocalModel: 11, Arm: 12, Drop: 13, Dose: 14, Control: 15, Scene: 16, Image: 17, Scanner: 18, Load: 19, Plan: 20,
-  Contour: 21,
+  Contour: 21, Exercise: 22,
 } as const;
 export const Role = {
   Viewer: 1, Device: 2, Operator: 3,
@@ -20,7 +20,7 @@ export const EventKind = {
 export const ErrorCode = {
   Protocol: 1, Version: 2, TooLarge: 3, Busy: 4, DeviceBusy: 5, NotDevice: 6, PoseRefused: 7, PoseRate: 8, Timeout: 9,
   Shutdown: 10, NoNeedle: 11, NotOperator: 12, ControlRefused: 13, Unauthorised: 14, ScannerRefused: 15,
-  PlanRefused: 16, LoadRefused: 17, ContourRefused: 18,
+  PlanRefused: 16, LoadRefused: 17, ContourRefused: 18, ExerciseRefused: 19,
 } as const;
 export const PlanKind = {
   File: 1, Optimised: 2, Edited: 3,
@@ -1920,6 +1920,25 @@ export function writePlan(w: ByteWriter, v: Plan): void {
   w.u16(v.needles.length);
   w.zeros(2);
   for (const one of v.needles) writePlanNeedle(w, one);
+  w.sections([]);
+}
+
+export interface Exercise {
+  file: string;
+  trainee: string;
+}
+
+export function readExercise(r: ByteReader): Exercise {
+  const file = r.text();
+  const trainee = r.text();
+  r.sections(() => false);
+  r.finish();
+  return {file, trainee};
+}
+
+export function writeExercise(w: ByteWriter, v: Exercise): void {
+  w.text(v.file);
+  w.text(v.trainee);
   w.sections([]);
 }
 

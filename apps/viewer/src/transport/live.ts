@@ -1,6 +1,6 @@
 // The connection to a daemon: passes messages to a Session and reconnects automatically.
 import type {Session} from '../model/session.js';
-import {SOFTWARE, encodeControl, encodeDrop, encodeHello, type Control} from '../protocol/client_messages.js';
+import {SOFTWARE, encodeControl, encodeDrop, encodeExercise, encodeHello, type Control} from '../protocol/client_messages.js';
 import {encodeContour, type Contour, type ContourSlice} from '../protocol/contour.js';
 import {MessageType} from '../protocol/header.js';
 import {encodeScanner, type ScannerRequest} from '../protocol/image.js';
@@ -117,6 +117,11 @@ export class LiveConnection {
   /** Asks for another rest of the plan; null: for an optimised one. */
   changePlan(change: number, needles: readonly PlanNeedle[] | null): void {
     this.socket?.send(MessageType.Plan, encodePlanRequest(change, needles));
+  }
+
+  /** Begins an attempt at an exercise: the daemon goes on with its scene, and this connects again. */
+  beginExercise(file: string, trainee: string): void {
+    this.socket?.send(MessageType.Exercise, encodeExercise(file, trainee));
   }
 
   /** Reconnects at once after the page was suspended. */

@@ -1,0 +1,105 @@
+// Attempts at exercises, one after the other in one brachyd.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "apps/session/session_manifest.h"
+#include "tests/apps/peer.h"
+#include "tests/apps/running_brachyd.h"
+
+namespace brachy {
+namespace {
+
+using namespace test;
+namespace fs = std::filesystem;
+
+const std::string kOneNeedle = std::string(BRACHY_SOURCE_DIR) + "/config/exercises/scenes/01_one_needle.toml";
+
+struct BrachydExercise : ::testing::Test {
+  TempFolder folder;
+  std::string sessions = (folder / "class").string();
+
+  /// Asks for an attempt, and waits until the daemon has let go.
+  static void begin(RunningBrachyd& brachyd, const std::string& file, const std::string& trainee) {
+    Peer boss(net::Role::kOperator);
+    ASSERT_TRUE(boss.join(brachyd.port));
+    boss.client.send(net::ExerciseMessage{file, trainee});
+    ASSERT_TRUE(boss.until([&] { return !boss.closed.empty() || !boss.errors.empty(); }));
+    EXPECT_TRUE(boss.has_event(net::EventKind::kReset, "exercise " + file + " begins"));
+    ASSERT_FALSE(boss.errors.empty());
+    EXPECT_EQ(boss.errors.front().code, net::ErrorCode::kShutdown) << boss.errors.front().text;
+  }
+  /// Whether somebody can join, also where the next run does not listen yet.
+  static bool comes_back(RunningBrachyd& brachyd) {
+    return wait_until([&] { return Peer().join(brachyd.port); });
+  }
+  std::string refusal(RunningBrachyd& brachyd, const std::string& file, const std::string& trainee,
+                      net::Role role = net::Role::kOperator) {
+    Peer peer(role);
+    EXPECT_TRUE(peer.join(brachyd.port));
+    peer.client.send(net::ExerciseMessage{file, trainee});
+    EXPECT_TRUE(peer.until([&] { return !peer.errors.empty(); }));
+    EXPECT_TRUE(peer.closed.empty());
+    return peer.errors.empty() ? "" : peer.errors.front().text;
+  }
+  SessionManifest manifest_of(const std::string& attempt) const {
+    return parse_manifest(read_file(fs::path(sessions) / attempt / "session.json"), attempt);
+  }
+};
+
+TEST_F(BrachydExercise, EachAttemptIsASessionOfItsOwnAndIsScoredAtItsEnd) {
+  RunningBrachyd brachyd(kOneNeedle, {"--sessions", sessions, "--trainee", "Anna"});
+  EXPECT_EQ(manifest_of("0001_01_one_needle").trainee, "Anna");
+  begin(brachyd, "01_one_needle.toml", "Bert");
+  ASSERT_TRUE(comes_back(brachyd));
+  const auto report = nlohmann::json::parse(read_file(fs::path(sessions) / "0001_01_one_needle/report.json"));
+  EXPECT_EQ(report.at("exercise").at("passed"), false);
+  EXPECT_EQ(report.at("about").at("trainee"), "Anna");
+  EXPECT_EQ(manifest_of("0002_01_one_needle").trainee, "Bert");
+  begin(brachyd, "02_one_train.toml", "");
+  ASSERT_TRUE(comes_back(brachyd));
+  const SessionManifest third = manifest_of("0003_02_one_train");
+  EXPECT_EQ(third.trainee, "");
+  ASSERT_TRUE(third.exercise);
+  EXPECT_EQ(fs::path(third.exercise->file).filename(), "02_one_train.toml");
+  EXPECT_EQ(fs::path(third.scene.file).filename(), "02_one_train.toml");
+  brachyd.process.send_signal(SIGTERM);
+  EXPECT_TRUE(exited(brachyd.process.wait(), 0));
+  EXPECT_TRUE(fs::exists(fs::path(sessions) / "0003_02_one_train/report.html"));
+}
+
+TEST_F(BrachydExercise, WhatCannotBeginIsRefusedAndNothingEnds) {
+  RunningBrachyd brachyd(kOneNeedle, {"--sessions", sessions});
+  EXPECT_EQ(refusal(brachyd, "../../secret.toml", ""),
+            "there is no exercise \"../../secret.toml\" with this scene");
+  EXPECT_EQ(refusal(brachyd, "01_one_needle.toml", "A\nB"), "a trainee's name is letters on one line");
+  EXPECT_NE(refusal(brachyd, "01_one_needle.toml", "", net::Role::kViewer)
+                .find("only a client with the role operator"),
+            std::string::npos);
+  EXPECT_EQ(std::distance(fs::directory_iterator(sessions), {}), 1);
+  RunningBrachyd without(kOneNeedle);
+  EXPECT_EQ(refusal(without, "01_one_needle.toml", ""),
+            "no attempt can be recorded: start brachyd with --sessions DIR");
+}
+
+// A signal between one attempt and the next is not lost.
+TEST_F(BrachydExercise, ASignalInBetweenEndsIt) {
+  RunningBrachyd brachyd(kOneNeedle, {"--sessions", sessions});
+  begin(brachyd, "01_one_needle.toml", "");
+  brachyd.process.send_signal(SIGTERM);
+  EXPECT_TRUE(exited(brachyd.process.wait(), 0));
+}
+
+TEST_F(BrachydExercise, AnAttemptThatCannotBeRecordedLeavesTheSceneRunning) {
+  RunningBrachyd brachyd(kOneNeedle, {"--sessions", sessions});
+  // Taken after the number was chosen: a file in the way of the directory.
+  fs::create_directories(fs::path(sessions) / "0006_x");
+  folder.write("class/0007_01_one_needle", "in the way");
+  begin(brachyd, "01_one_needle.toml", "");
+  ASSERT_TRUE(comes_back(brachyd));
+  EXPECT_TRUE(fs::exists(fs::path(sessions) / "0008_01_one_needle/session.json")) << "a number of its own";
+}
+
+}  // namespace
+}  // namespace brachy
