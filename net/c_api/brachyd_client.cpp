@@ -259,7 +259,10 @@ net::ClientHandlers BrachydClient::handlers() {
     error.reason = message.reason;
     error.fatal = message.fatal;
     copy_text(message.text, error.text);
-    is_refused = is_refused || message.fatal;
+    if (message.fatal) {
+      is_refused = true;
+      closed_reason = message.text;
+    }
     news |= kBrachydNewError;
   };
   h.on_image = [this](const net::ImageMessage& message) {
@@ -442,10 +445,12 @@ int brachyd_connect(BrachydClient* client, const char* host, int port, const Bra
       client->client.reset();
       return fail(client, kBrachydUnreachable, error.what());
     }
-    client->run_until([&] { return client->welcome || !client->client->is_open(); }, timeout_s);
+    client->run_until([&] { return client->welcome || client->is_refused || !client->client->is_open(); },
+                      timeout_s);
     if (client->welcome) return static_cast<int>(kBrachydOk);
-    if (!client->client->is_open()) return ended(client);
+    const bool has_answered = client->is_refused || !client->client->is_open();
     client->client.reset();
+    if (has_answered) return ended(client);
     return fail(client, kBrachydUnreachable, "no welcome came in time: does brachyd listen there?");
   });
 }

@@ -35,16 +35,16 @@ static void track(int k, double X_WN[12]) {
 static void print_news(BrachydClient* client, int news) {
   BrachydTopology topology;
   if ((news & kBrachydNewTopology) && brachyd_get_topology(client, &topology) == kBrachydOk)
-    printf("{\"topology\": {\"hash\": \"%016" PRIx64 "\", \"points\": %u, \"triangles\": %u}}\n", topology.hash,
-           (unsigned)topology.point_count, (unsigned)topology.triangle_count);
+    printf("{\"topology\": {\"hash\": \"%016" PRIx64 "\", \"points\": %u, \"triangles\": %u}}\n",
+           topology.hash, (unsigned)topology.point_count, (unsigned)topology.triangle_count);
   BrachydFrame frame;
   if ((news & kBrachydNewFrame) && brachyd_get_frame(client, &frame) == kBrachydOk)
     printf("{\"frame\": {\"tick\": %" PRIu64 ", \"mesh\": \"%016" PRIx64 "\"}}\n", frame.tick,
            checksum(brachyd_positions(client), 3 * (size_t)frame.point_count));
   BrachydForce force;
   if ((news & kBrachydNewForce) && brachyd_get_force(client, &force) == kBrachydOk)
-    printf("{\"force\": {\"input_stamp_ns\": %" PRId64 ", \"force_n\": [%.17g, %.17g, %.17g]}}\n", force.input_stamp_ns,
-           force.force_n[0], force.force_n[1], force.force_n[2]);
+    printf("{\"force\": {\"input_stamp_ns\": %" PRId64 ", \"force_n\": [%.17g, %.17g, %.17g]}}\n",
+           force.input_stamp_ns, force.force_n[0], force.force_n[1], force.force_n[2]);
   BrachydEvent event;
   while (brachyd_next_event(client, &event) == kBrachydOk) {
     printf("{\"event\": {\"kind\": %u, \"text\": ", (unsigned)event.kind);
@@ -79,7 +79,8 @@ int main(int argc, char** argv) {
   BrachydWelcome welcome;
   int64_t interval_ns = 10 * 1000 * 1000;
   if (brachyd_get_welcome(client, &welcome) == kBrachydOk) {
-    printf("{\"welcome\": {\"role\": %d, \"needle\": %u, \"server\": ", (int)welcome.role, (unsigned)welcome.needle);
+    printf("{\"welcome\": {\"role\": %d, \"needle\": %u, \"server\": ", (int)welcome.role,
+           (unsigned)welcome.needle);
     print_text(welcome.server);
     printf("}}\n");
     const int64_t least_ns = welcome.max_poses_per_s ? 1000000000 / welcome.max_poses_per_s : interval_ns;
@@ -90,7 +91,9 @@ int main(int argc, char** argv) {
   for (int k = 0; status >= 0;) {
     const int64_t left_ns = next_ns - brachyd_now_ns();
     fflush(stdout);
-    status = brachyd_poll(client, options.role != kBrachydDevice ? 0.5 : left_ns > 0 ? 1e-9 * (double)left_ns : 0);
+    status = brachyd_poll(client, options.role != kBrachydDevice ? 0.5
+                                  : left_ns > 0                  ? 1e-9 * (double)left_ns
+                                                                 : 0);
     print_news(client, status > 0 ? status : 0);
     BrachydForce force;
     if (brachyd_get_force(client, &force) == kBrachydOk) {
