@@ -5,7 +5,7 @@ usage: scripts/conformance/run.py [--brachyd PROGRAM] [--only NAME] -- CLIENT [A
     CLIENT is started with HOST PORT ROLE and, where the server asks for one, TOKEN behind its own arguments, once for
     each conversation, and prints what it received: scripts/conformance/README.md
     --brachyd: the daemon for the conversations with a real one; default: that of build/release, or in PATH
-    --only: the conversations whose name contains NAME
+    --only: one conversation, a function of conversations.py or live.py
 
 Prints a line for each check with the sentence of net/PROTOCOL.md that it stands for. Exit code 0: all passed; 1: some
 did not; 2: they could not be run. Without a daemon its conversations are left out, which is said.
@@ -44,8 +44,11 @@ def main():
         sys.stderr.write("conformance: name the client's program behind --\n")
         return 2
     verdicts = Verdicts()
-    scripted = [one for one in conversations.ALL if options.only in one.__name__]
-    real = [one for one in live.ALL if options.only in one.__name__]
+    scripted = [one for one in conversations.ALL if options.only in ("", one.__name__)]
+    real = [one for one in live.ALL if options.only in ("", one.__name__)]
+    if not scripted and not real:
+        sys.stderr.write(f"conformance: there is no conversation {options.only}\n")
+        return 2
     for conversation in scripted:
         verdicts.hold(conversation, command)
     brachyd = daemon(options.brachyd) if real else None

@@ -1,0 +1,62 @@
+#!/usr/bin/env python3
+"""apps/csharp compiled and run by mono: its client before scripts/conformance, and the Unity script against a running
+brachyd, with a stub of UnityEngine.
+
+usage: tests/apps/csharp/csharp_test.py LIBRARY_DIR BRACHYD     exit code 77: skipped, with its reason
+"""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+BINDING = ROOT / "apps/csharp/BrachydClient.cs"
+if len(sys.argv) < 3:
+    sys.exit(__doc__)
+LIBRARY_DIR, BRACHYD = (os.path.abspath(given) for given in sys.argv[1:3])
+if not shutil.which("mcs") or not shutil.which("mono"):
+    print("skipped: mono is missing: apt-get install mono-mcs mono-runtime")
+    sys.exit(77)
+ENVIRONMENT = os.environ | {"LD_LIBRARY_PATH": LIBRARY_DIR}
+
+
+class CSharp(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def compiled(self, name, *sources):
+        program = os.path.join(self.folder.name, name)
+        done = subprocess.run(["mcs", "-langversion:7", "-warn:4", "-warnaserror", f"-out:{program}", BINDING, *sources],
+                              capture_output=True, text=True, check=False)
+        self.assertEqual((done.returncode, done.stdout + done.stderr), (0, ""))
+        return program
+
+    def test_its_client_passes_the_conformance_checks(self):
+        program = self.compiled("client.exe", ROOT / "tests/conformance/Client.cs")
+        done = subprocess.run([ROOT / "scripts/conformance/run.py", "--brachyd", BRACHYD, "--", "mono", program],
+                              env=ENVIRONMENT, stdout=subprocess.PIPE, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stdout)
+
+    def test_the_unity_script_shows_the_gland_the_right_way_round(self):
+        program = self.compiled("unity.exe", ROOT / "apps/csharp/examples/GlandMesh.cs",
+                                ROOT / "tests/apps/csharp/UnityStub.cs")
+        line = [BRACHYD, "--port", "0", "--trajectory", ROOT / "config/insertion.csv", "--play", "--duration", "300"]
+        with subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as daemon:
+            try:
+                port = re.search(r":(\d+)$", daemon.stdout.readline())[1]
+                done = subprocess.run(["mono", program, port], env=ENVIRONMENT, capture_output=True, text=True, check=False)
+            finally:
+                daemon.terminate()
+        found = re.fullmatch(r"1200 vertices, 2396 triangles, ([0-9.]+) m wide, volume ([0-9.]+) cm3\n", done.stdout)
+        self.assertTrue(found, done)
+        self.assertAlmostEqual(float(found[1]), 0.05, delta=0.002)
+        self.assertAlmostEqual(float(found[2]), 47, delta=2)  # above 0: Unity's side of the triangles is the outside
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
