@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "brachyd_client.h"
+#include <brachyd_client.h>
 
 static BrachydClient* client;
 static BrachydTopology topology;

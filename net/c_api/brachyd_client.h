@@ -291,8 +291,8 @@ BRACHYD_API void brachyd_destroy(BrachydClient* client);
 
 /** Connects to host:port and waits for the server's welcome, at most about timeout_s and the name's look-up. The server
  * may be gone later: a handle may connect again, which forgets all that came before. Options NULL: the defaults.
- * Returns kBrachydOk, kBrachydBadArgument, kBrachydUnreachable, kBrachydRefused, kBrachydClosed (the peer speaks another
- * protocol, or left) or kBrachydInternal. */
+ * Returns kBrachydOk, kBrachydBadArgument, kBrachydUnreachable, kBrachydRefused, kBrachydClosed (the peer speaks
+ * another protocol, or left) or kBrachydInternal. */
 BRACHYD_API int brachyd_connect(BrachydClient* client, const char* host, int port,
                                 const BrachydOptions* options);
 
@@ -359,8 +359,8 @@ BRACHYD_API int brachyd_send_pose(BrachydClient* client, const double X_WN[12], 
 /** Ends the fault for which a needle's force is latched at 0: of a device its own, of an operator any. */
 BRACHYD_API int brachyd_arm(BrachydClient* client, uint32_t needle);
 
-/** The button of the needle's device went down (1) or up (0), which drops seeds as the scene's applicator says. In order
- * with the poses, and never dropped. */
+/** The button of the needle's device went down (1) or up (0), which drops seeds as the scene's applicator says. In
+ * order with the poses, and never dropped. */
 BRACHYD_API int brachyd_press(BrachydClient* client, uint32_t needle, int pressed);
 
 /** As operator: BrachydAction. Kernel (NULL: as it is) and support_radius_mm (NaN: as it is) are those of

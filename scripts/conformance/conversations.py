@@ -80,8 +80,9 @@ def documented_messages(v, command):
         v.begin("topology", "Server → client, once after WELCOME: the points at rest and the surface's triangles.")
         peer.put(peer.example("TOPOLOGY"))
         client.wait("topology", lambda t: t == {"hash": "2f2673dd4fb1cdb3", "points": 5, "triangles": 4})
-        v.begin("full frame", "It replaces the mesh and all seeds; any other FRAME needs a mesh at `base_tick` or later "
-                "of the same run, and a client without one connects again.")
+        v.begin("full frame",
+                "It replaces the mesh and all seeds; any other FRAME needs a mesh at `base_tick` or later of the "
+                "same run, and a client without one connects again.")
         moved = at(REST, (4, [2.25, 2.5, 3]))
         peer.send("FRAME", *full_frame(41, moved))
         client.wait("frame", is_frame(41, moved))
@@ -92,17 +93,20 @@ def documented_messages(v, command):
         v.begin("event", "Server → client: something happened once.")
         peer.put(peer.example("EVENT"))
         client.wait("event", lambda e: e == {"kind": 3, "text": "capsule punctured"})
-        v.begin("error that is not fatal", "Go by `fatal`, not by the code: a later version may send a code in either way.")
+        v.begin("error that is not fatal",
+                "Go by `fatal`, not by the code: a later version may send a code in either way.")
         for code in (ERRORS["TIMEOUT"], NOT_POSSIBLE):
             peer.send("ERROR", changed("ERROR", code=code, text=f"of code {code}")[0])
             client.wait("error", lambda e, c=code: e == {"code": c, "fatal": 0, "text": f"of code {c}"})
-        v.begin("every other message", "STATE, EVENT, ERROR and PING may come at any time after WELCOME, and so may FORCE "
-                "and LOCAL_MODEL to a device, and DOSE to clients subscribed to the mesh")
+        v.begin("every other message",
+                "STATE, EVENT, ERROR and PING may come at any time after WELCOME, and so may FORCE and LOCAL_MODEL "
+                "to a device, and DOSE to clients subscribed to the mesh")
         for name in ("STATE", "ERROR", "DOSE", "DOSE_PLANNED", "SCENE", "IMAGE", "SCANNER", "PLAN", "CONTOUR"):
             peer.put(peer.example(name))
         ping_is_answered(v, peer)
         later_versions(v, peer, client)
-        v.begin("reset", "RESET ([CONTROL](#15-control)) restarts the simulation from scratch: ticks count from 1 again, "
+        v.begin("reset",
+                "RESET ([CONTROL](#15-control)) restarts the simulation from scratch: ticks count from 1 again, "
                 "seeds are gone, and the next FRAME is FULL, with an earlier tick than the last one's.")
         peer.send("FRAME", *full_frame(3, REST, snapshot=20))
         client.wait("frame", is_frame(3, REST))
@@ -121,8 +125,9 @@ def ping_is_answered(v, peer):
 
 
 def later_versions(v, peer, client):
-    v.begin("unknown message", "Skip messages of unknown type (their sequence counts), sections of unknown id, unknown flag "
-            "bits, unknown event kinds and error codes (show their text).")
+    v.begin("unknown message",
+            "Skip messages of unknown type (their sequence counts), sections of unknown id, unknown flag bits, "
+            "unknown event kinds and error codes (show their text).")
     peer.put(peer.raw(NOT_POSSIBLE, b"\xff" * 70))
     peer.send("EVENT", changed("EVENT", text="after an unknown message")[0])
     client.wait("event", lambda e: e["text"] == "after an unknown message")
@@ -159,8 +164,9 @@ def pieces_of_any_size(v, command):
         for i in range(len(stream)):
             peer.put(stream[i:i + 1])
         client.wait("frame", is_frame(42, AFTER_EXAMPLE))
-        v.begin("many at once", "it reads all that has arrived, applies **every** FRAME in order, since each holds changes, "
-                "and draws the last.")
+        v.begin("many at once",
+                "it reads all that has arrived, applies **every** FRAME in order, since each holds changes, and "
+                "draws the last.")
         stream, positions = b"", AFTER_EXAMPLE
         for tick in range(43, 143):
             positions = at(positions, (tick % 5, [tick / 8, -tick / 4, 1]))
@@ -170,8 +176,9 @@ def pieces_of_any_size(v, command):
             stream += peer.bytes_of("FRAME", body, sections)
         peer.put(stream)
         client.wait("frame", is_frame(142, positions))
-        v.begin("fatal error", "The server first sends an ERROR with `fatal` = 1 and the reason, then ends its side of the "
-                "stream, and closes at most 0.5 s later. After a fatal ERROR nothing follows.")
+        v.begin("fatal error",
+                "The server first sends an ERROR with `fatal` = 1 and the reason, then ends its side of the stream, "
+                "and closes at most 0.5 s later. After a fatal ERROR nothing follows.")
         peer.send("ERROR", changed("ERROR", code=NOT_POSSIBLE, fatal=1, text="the licence ran out")[0])
         client.wait("error", lambda e: e == {"code": NOT_POSSIBLE, "fatal": 1, "text": "the licence ran out"})
         peer.close()
@@ -183,8 +190,9 @@ def refused(v, command):
     with Listener() as listener, Client(command, listener.port, "viewer") as client:
         peer = listener.accept()
         peer.wait("HELLO")
-        v.begin("refused with a reason", "answered with ERROR UNAUTHORISED (fatal), whose text says which of the three, "
-                "after 0.2 s where a token was sent")
+        v.begin("refused with a reason",
+                "answered with ERROR UNAUTHORISED (fatal), whose text says which of the three, after 0.2 s where a "
+                "token was sent")
         peer.send("ERROR", changed("ERROR", code=ERRORS["UNAUTHORISED"], fatal=1, text="a token is required")[0])
         client.wait("error", lambda e: e == {"code": ERRORS["UNAUTHORISED"], "fatal": 1, "text": "a token is required"})
         peer.close()
@@ -278,14 +286,16 @@ def device(v, command):
             allowed = min(allowed + (stamp - last) * 1e-9 * MOST_POSES, MOST_POSES / 10) - 1
             last = stamp
             require(allowed > -1, f"more than {MOST_POSES} poses a second, by their stamps")
-        v.begin("force", "Server → client (role device), at the lesser of `rate_hz` and 1000 Hz: what the hand is to get.")
+        v.begin("force",
+                "Server → client (role device), at the lesser of `rate_hz` and 1000 Hz: what the hand is to get.")
         peer.put(peer.example("FORCE"))
         client.wait("force", lambda f: f == {"input_stamp_ns": 1000000500, "force_n": [0.5, -0.25, 2]})
         v.begin("local model to a device that renders FORCE",
                 "LOCAL_MODEL to a device, and DOSE to clients subscribed to the mesh")
         peer.put(peer.example("LOCAL_MODEL"))
         ping_is_answered(v, peer)
-        v.begin("pose refused", "A pose that is not finite, not rigid, stale or back in time is refused by the daemon: ERROR "
+        v.begin("pose refused",
+                "A pose that is not finite, not rigid, stale or back in time is refused by the daemon: ERROR "
                 "POSE_REFUSED, at most 4 a second, and always counted in STATE.")
         peer.put(peer.example("ERROR"))
         client.wait("error", lambda e: e == {"code": 7, "fatal": 0, "text": "not rigid"})
@@ -293,8 +303,9 @@ def device(v, command):
         peer.send("FORCE", changed("FORCE", flags=LATCHED, force_n=[0, 0, 0])[0])
         _, _, body, _ = peer.wait("ARM")
         require(body["needle"] == 2, f"an ARM of needle {body['needle']}")
-        v.begin("lease lost", "the first client with the role device whose HELLO asks for that needle (or for any, while it "
-                "is free), until it disconnects.")
+        v.begin("lease lost",
+                "the first client with the role device whose HELLO asks for that needle (or for any, while it is "
+                "free), until it disconnects.")
         peer.send("ERROR", changed("ERROR", code=ERRORS["TIMEOUT"], fatal=1, text="nothing was read")[0])
         client.wait("error", lambda e: e == {"code": ERRORS["TIMEOUT"], "fatal": 1, "text": "nothing was read"})
         peer.close()

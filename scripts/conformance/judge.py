@@ -74,7 +74,9 @@ class Verdicts:
 
     def show(self):
         for passed, name, sentence, problem in self.lines:
-            print(f"{'passed' if passed else 'FAILED'}  {name}: {sentence}" + (f"\n        {problem}" if problem else ""))
+            print(f"{'passed' if passed else 'FAILED'}  {name}: {sentence}")
+            if problem:
+                print(f"        {problem}")
         print(f"{sum(passed for passed, *_ in self.lines)} of {len(self.lines)} checks passed")
 
 

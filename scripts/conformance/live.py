@@ -67,8 +67,8 @@ def live_viewer(v, command, daemon):
     judge, needle = daemon.join("VIEWER", ["FULL_FRAMES"]), daemon.join("DEVICE", ["NO_MESH"])
     try:
         with Client(command, daemon.port, "viewer") as client:
-            v.begin("mesh of a running brachyd", "No change is lost: a FRAME's changes are relative to the last FRAME *this* "
-                    "client was sent.")
+            v.begin("mesh of a running brachyd",
+                    "No change is lost: a FRAME's changes are relative to the last FRAME *this* client was sent.")
             client.wait("frame")
             depth, same, meshes = -30.0, 0, {}
             end = time.monotonic() + GUARD_S
@@ -102,8 +102,9 @@ def live_device(v, command, daemon):
             _, _, state, _ = judge.wait("STATE", lambda entry: entry[2]["poses_accepted"] > 0)
             refused = [refusal for refusal in state["refusals"] if refusal["code"] in (1, 2, 4, 5, 6, 0xFF02, 0xFF03)]
             require(not refused, f"refused: {refused}")
-            v.begin("second device", "Each needle has one device at most: the first client with the role device whose HELLO "
-                    "asks for that needle")
+            v.begin("second device",
+                    "Each needle has one device at most: the first client with the role device whose HELLO asks for "
+                    "that needle")
             with Client(command, daemon.port, "device") as second:
                 error = second.wait("error")
                 require(error["code"] == ERRORS["DEVICE_BUSY"] and error["fatal"] == 1 and error["text"], f"{error}")

@@ -31,8 +31,8 @@ class CSharp(unittest.TestCase):
 
     def compiled(self, name, *sources):
         program = os.path.join(self.folder.name, name)
-        done = subprocess.run(["mcs", "-langversion:7", "-warn:4", "-warnaserror", f"-out:{program}", BINDING, *sources],
-                              capture_output=True, text=True, check=False)
+        line = ["mcs", "-langversion:7", "-warn:4", "-warnaserror", f"-out:{program}", BINDING, *sources]
+        done = subprocess.run(line, capture_output=True, text=True, check=False)
         self.assertEqual((done.returncode, done.stdout + done.stderr), (0, ""))
         return program
 
@@ -49,7 +49,8 @@ class CSharp(unittest.TestCase):
         with subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as daemon:
             try:
                 port = re.search(r":(\d+)$", daemon.stdout.readline())[1]
-                done = subprocess.run(["mono", program, port], env=ENVIRONMENT, capture_output=True, text=True, check=False)
+                done = subprocess.run(["mono", program, port], env=ENVIRONMENT, capture_output=True, text=True,
+                                      check=False)
             finally:
                 daemon.terminate()
         found = re.fullmatch(r"1200 vertices, 2396 triangles, ([0-9.]+) m wide, volume ([0-9.]+) cm3\n", done.stdout)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The OpenGL example on a virtual screen (Xvfb) against a running brachyd: its picture has a gland, a dent and a needle.
+"""The OpenGL example on a virtual screen (Xvfb) against a running brachyd: its picture has gland, dent and needle.
 
 usage: tests/apps/examples/gland_view_test.py GLAND_VIEW BRACHYD     exit code 77: skipped, with its reason
 """
@@ -42,7 +42,8 @@ class GlandView(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         read, write = os.pipe()
         # It chooses a display that is free, and writes its number.
-        self.started(["Xvfb", "-displayfd", str(write), "-screen", "0", "1024x768x24", "-nolisten", "tcp"], pass_fds=[write])
+        screen = ["Xvfb", "-displayfd", str(write), "-screen", "0", "1024x768x24", "-nolisten", "tcp"]
+        self.started(screen, pass_fds=[write])
         os.close(write)
         with os.fdopen(read) as told:
             display = told.readline().strip()

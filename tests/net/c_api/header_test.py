@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""net/c_api/brachyd_client.h compiles as C99 and as C++11 without a warning, and the library exports the functions that it
-declares, with a version, and nothing else.
+"""net/c_api/brachyd_client.h compiles as C99 and as C++11 without a warning, and the library exports the functions that
+it declares, with a version, and nothing else.
 
 usage: tests/net/c_api/header_test.py LIBRARY     exit code 77: skipped, with its reason
 """
@@ -48,8 +48,8 @@ class Header(unittest.TestCase):
 
 class Library(unittest.TestCase):
     def test_exports_the_declared_functions_with_a_version_and_nothing_else(self):
-        listed = subprocess.run(["nm", "-D", "--defined-only", LIBRARY], capture_output=True, text=True, check=True).stdout
-        exported = [line.split()[-1] for line in listed.splitlines()]
+        listed = subprocess.run(["nm", "-D", "--defined-only", LIBRARY], capture_output=True, text=True, check=True)
+        exported = [line.split()[-1] for line in listed.stdout.splitlines()]
         functions = {name.partition("@@")[0] for name in exported if "@@" in name}
         self.assertEqual(functions, declared())
         nodes = {name.partition("@@")[2] for name in exported if "@@" in name}
