@@ -88,8 +88,6 @@ if(TARGET brachyd_client)
           DESTINATION ${examples} COMPONENT client_dev EXCLUDE_FROM_ALL)
 endif()
 set(CPACK_DEB_COMPONENT_INSTALL ON)
-set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
-set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS_POLICY ">=")
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
@@ -152,6 +150,11 @@ trajectories, pose checks.")
 set(CPACK_DEBIAN_CLIENT_PACKAGE_NAME libbrachyd-client0)
 set(CPACK_DEBIAN_CLIENT_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_CLIENT_PACKAGE_SHLIBDEPS ON)
+# Beside CPack's own scripts, which call ldconfig: the trigger and the file that Debian's tools look for.
+file(CONFIGURE OUTPUT ${made}/client/triggers CONTENT "activate-noawait ldconfig\n")
+file(CONFIGURE OUTPUT ${made}/client/shlibs CONTENT "libbrachyd-client 0 libbrachyd-client0 (>= ${PROJECT_VERSION})\n")
+set(CPACK_DEBIAN_CLIENT_PACKAGE_CONTROL_EXTRA ${made}/client/triggers ${made}/client/shlibs)
+set(CPACK_DEBIAN_CLIENT_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_CLIENT_DESCRIPTION
     "client library of the brachytherapy simulator brachyd
 Viewers and haptic devices written in C, C# and other languages connect to
