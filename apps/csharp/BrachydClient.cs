@@ -52,7 +52,8 @@ namespace Brachyd
         /// <summary>The defaults: a viewer.</summary>
         public static Options Default()
         {
-            Native.brachyd_init_options(out Options options);
+            var size = (UIntPtr)Marshal.SizeOf(typeof(Options));
+            Native.brachyd_init_options(out Options options, size);
             return options;
         }
 
@@ -416,7 +417,7 @@ namespace Brachyd
         [DllImport(Library, CallingConvention = C)] public static extern IntPtr brachyd_client_version();
         [DllImport(Library, CallingConvention = C)] public static extern IntPtr brachyd_status_text(int status);
         [DllImport(Library, CallingConvention = C)] public static extern long brachyd_now_ns();
-        [DllImport(Library, CallingConvention = C)] public static extern void brachyd_init_options(out Options options);
+        [DllImport(Library, CallingConvention = C)] public static extern void brachyd_init_options(out Options options, UIntPtr size);
         [DllImport(Library, CallingConvention = C)] public static extern IntPtr brachyd_create();
         [DllImport(Library, CallingConvention = C)] public static extern void brachyd_destroy(IntPtr client);
         [DllImport(Library, CallingConvention = C)]

@@ -139,7 +139,7 @@ static void on_key(unsigned char key, int x, int y) {
 int main(int argc, char** argv) {
   glutInit(&argc, argv);
   BrachydOptions options;
-  brachyd_init_options(&options);
+  brachyd_init_options(&options, sizeof options);
   options.subscription = kBrachydSurface;
   strcpy(options.name, "gland_view");
   client = brachyd_create();

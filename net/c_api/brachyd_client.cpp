@@ -7,7 +7,10 @@
 #include <cmath>
 #include <cstring>
 #include <deque>
+#include <exception>
+#include <limits>
 #include <memory>
+#include <new>
 #include <optional>
 #include <string>
 #include <utility>
@@ -400,10 +403,10 @@ int64_t brachyd_now_ns(void) {
   return net::real_clock().now_ns();
 }
 
-void brachyd_init_options(BrachydOptions* options) {
-  if (!options) return;
-  *options = BrachydOptions{};
-  options->struct_size = sizeof *options;
+void brachyd_init_options(BrachydOptions* options, size_t size) {
+  if (!options || size < sizeof *options) return;
+  std::memset(options, 0, size);  // a later version's may have more members than this one knows
+  options->struct_size = size;
   options->role = kBrachydViewer;
   options->needle = kBrachydAnyNeedle;
   copy_text("client", options->name);
@@ -427,7 +430,7 @@ void brachyd_destroy(BrachydClient* client) {
 int brachyd_connect(BrachydClient* client, const char* host, int port, const BrachydOptions* options) {
   return guarded(client, [&] {
     BrachydOptions defaults;
-    brachyd_init_options(&defaults);
+    brachyd_init_options(&defaults, sizeof defaults);
     if (!host) return fail(client, kBrachydBadArgument, "the host is NULL");
     if (port < 1 || port > 65535) return fail(client, kBrachydBadArgument, "the port must be 1 to 65535");
     net::ClientOptions checked;

@@ -280,8 +280,9 @@ BRACHYD_API const char* brachyd_status_text(int status);
 /** This machine's monotonic clock, ns: of stamps of poses and of BrachydForce::received_ns. Threads: any. */
 BRACHYD_API int64_t brachyd_now_ns(void);
 
-/** Sets every member to its default. */
-BRACHYD_API void brachyd_init_options(BrachydOptions* options);
+/** Sets every member to its default. `size` is sizeof(BrachydOptions) where the program was compiled: libraries of
+ * other versions keep to it. */
+BRACHYD_API void brachyd_init_options(BrachydOptions* options, size_t size);
 
 /** A handle without a connection; NULL: no memory. brachyd_destroy() frees it. */
 BRACHYD_API BrachydClient* brachyd_create(void);

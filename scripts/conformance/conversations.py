@@ -272,6 +272,7 @@ def device(v, command):
             poses.append(peer.wait("POSE"))
             depths.append(poses[-1][2]["X_WN"][2][3])
             require(poses[-1][2]["needle"] == 2, f"a pose of needle {poses[-1][2]['needle']}")
+            require(poses[-1][2]["flags"] == 0, "a reserved field that is not 0")
         v.begin("no pose while tracking is lost", "send nothing while tracking is lost")
         expected = [-30 + 0.25 * k for k in range(len(depths) + 4) if k % 50 not in (10, 11)][:len(depths)]
         for (_, _, pose, _), depth in zip(poses, expected):

@@ -61,7 +61,7 @@ static void print_news(BrachydClient* client, int news) {
 
 int main(int argc, char** argv) {
   BrachydOptions options;
-  brachyd_init_options(&options);
+  brachyd_init_options(&options, sizeof options);
   BrachydClient* client = brachyd_create();
   if (argc < 4 || !client) return 2;
   strcpy(options.name, "conformance in C");

@@ -1,13 +1,17 @@
 // The client of scripts/conformance/README.md on net/client: HOST PORT ROLE [TOKEN]. Prints what it receives.
 
+#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <chrono>
+#include <cstdio>
 #include <iostream>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "net/access/token_file.h"
 #include "net/client/client.h"

@@ -12,6 +12,7 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "net/wire/codec.h"
@@ -81,7 +82,7 @@ int poll_to_the_end(const Handle& client) {
 TEST(CApi, FailsByStatusAndTextForEveryArgumentThatIsWrong) {
   const Handle client = new_client();
   BrachydOptions options;
-  brachyd_init_options(&options);
+  brachyd_init_options(&options, sizeof options);
   EXPECT_EQ(brachyd_connect(nullptr, "127.0.0.1", 1, nullptr), kBrachydBadArgument);
   EXPECT_EQ(brachyd_connect(client.get(), nullptr, 1, nullptr), kBrachydBadArgument);
   for (const int port : {-1, 0, 65536}) {
@@ -92,7 +93,7 @@ TEST(CApi, FailsByStatusAndTextForEveryArgumentThatIsWrong) {
     options.timeout_s = timeout_s;
     EXPECT_EQ(brachyd_connect(client.get(), "127.0.0.1", 1, &options), kBrachydBadArgument);
   }
-  brachyd_init_options(&options);
+  brachyd_init_options(&options, sizeof options);
   options.role = 4;
   EXPECT_EQ(brachyd_connect(client.get(), "127.0.0.1", 1, &options), kBrachydBadArgument);
   BrachydOptions not_set{};
