@@ -24,6 +24,12 @@ if not shutil.which("mcs") or not shutil.which("mono"):
 ENVIRONMENT = os.environ | {"LD_LIBRARY_PATH": LIBRARY_DIR}
 
 
+# Structs of the C API, by their names in C#.
+STRUCTS = {"Options": "Options", "Welcome": "Welcome", "Native.TopologyView": "Topology", "Frame": "Frame",
+           "Needle": "Needle", "Seed": "Seed", "Force": "Force", "State": "State", "Event": "Event", "Error": "Error",
+           "Native.ImageView": "Image", "Scanner": "Scanner"}
+
+
 class CSharp(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
@@ -35,6 +41,22 @@ class CSharp(unittest.TestCase):
         done = subprocess.run(line, capture_output=True, text=True, check=False)
         self.assertEqual((done.returncode, done.stdout + done.stderr), (0, ""))
         return program
+
+    def written(self, name, text):
+        path = pathlib.Path(self.folder.name) / name
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    def test_its_structs_have_the_sizes_of_the_headers(self):
+        in_c = "".join(f'  printf("%zu\\n", sizeof(Brachyd{name}));\n' for name in STRUCTS.values())
+        c = self.written("sizes.c", f"#include <brachyd_client.h>\n#include <stdio.h>\nint main(void) {{\n{in_c}}}\n")
+        subprocess.run(["gcc", "-std=c99", f"-I{ROOT}/net/c_api", c, "-o", c.with_suffix("")], check=True)
+        in_cs = "".join(f"Console.WriteLine(Marshal.SizeOf(typeof({name})));" for name in STRUCTS)
+        cs = self.written("Sizes.cs", "using System; using System.Runtime.InteropServices; using Brachyd;"
+                                      f"static class Sizes {{ static void Main() {{ {in_cs} }} }}")
+        sizes = [subprocess.run(line, capture_output=True, text=True, check=True).stdout.split()
+                 for line in ([c.with_suffix("")], ["mono", self.compiled("sizes.exe", cs)])]
+        self.assertEqual(dict(zip(STRUCTS, sizes[1])), dict(zip(STRUCTS, sizes[0])))
 
     def test_its_client_passes_the_conformance_checks(self):
         program = self.compiled("client.exe", ROOT / "tests/conformance/Client.cs")
