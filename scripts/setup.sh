@@ -5,8 +5,9 @@
 #     --viewer: also what building the viewer needs (node and npm)
 #     --broker: also what publishing to NATS needs (libnats), and a NATS server
 #     --tests: also what `scripts/test.sh` needs, so that it skips no test (the viewer, a browser for its tests;
-#            OpenIGTLink's own programs, as peers; numpy, venv and mypy for Python's client, --python; a wall clock that
-#            jumps; systemd's check of the unit; a model checker; --broker)
+#            OpenIGTLink's own programs, as peers; numpy, venv and mypy for Python's client, --python; mono and freeglut
+#            for clients in C# and OpenGL, and a virtual screen; a wall clock that jumps; systemd's check of the unit; a
+#            model checker; --broker)
 #     --all: also what `scripts/test.sh --all` needs (--tests; format; names; --fuzz)
 #     --fuzz: also what the preset asan needs (clang with its sanitizers and libFuzzer; DCMTK, whose files are fuzzed)
 #     --import: also what brachy-import needs (DCMTK); --tests has it, with what checks its files
@@ -25,6 +26,8 @@ packages=(cmake ninja-build g++ lld ccache libeigen3-dev libboost-dev libassimp-
 broker=(libnats-dev nats-server)
 python=(pybind11-dev python3-dev python3-numpy)
 import=(libdcmtk-dev)
+# Clients in C#, and the OpenGL example on a virtual screen.
+clients=(mono-mcs mono-runtime freeglut3-dev libglu1-mesa-dev xvfb)
 fuzz=(clang-14 libclang-rt-14-dev)
 for option in "$@"; do
   case $option in
@@ -33,7 +36,8 @@ for option in "$@"; do
       command -v npm >/dev/null || packages+=(nodejs npm)
       if [[ $option != --viewer ]]; then
         packages+=(relacy-dev faketime systemd chromium libopenigtlink-dev openigtlink-examples "${broker[@]}"
-                   "${python[@]}" python3-venv mypy "${import[@]}" dicom3tools plastimatch python3-pydicom)
+                   "${python[@]}" python3-venv mypy "${import[@]}" dicom3tools plastimatch python3-pydicom
+                   "${clients[@]}")
       fi
       if [[ $option == --all ]]; then packages+=(clang-format-14 clang-tidy-14 "${fuzz[@]}"); fi
       ;;

@@ -66,8 +66,9 @@ IO = r"^\s*#\s*include\s*<(boost/(?:asio|beast)[^>]*|thread|stop_token|future|pt
 TOP_LEVEL = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "SECURITY.md", "README.md", "apps", "core", "net",
              "haptics", "config", "tests", "scripts", "build", "out"}
 MOST_TOP_DIRECTORIES = 13  # of core
-# Endings of C++; only .h and .cpp are allowed, and the others are seen, too.
+# Endings of C++; only .h and .cpp are allowed, and in C_EXAMPLES .c; the others are seen, too.
 ALL_CPP = (".h", ".cpp", ".hpp", ".hh", ".hxx", ".cc", ".cxx", ".c", ".ipp", ".inl", ".inc", ".tpp")
+C_EXAMPLES = "apps/examples"  # programs on the C API
 VIEWER = "apps/viewer/src"
 
 
@@ -139,7 +140,7 @@ def tree_complaints(root, tree, listed):
             complaints.append(f"{tree}/README.md lists {directory}, which has no sources")
     for path in files:
         name, own, text = str(path.relative_to(root)), str(path.parent.relative_to(root)), path.read_text()
-        if path.suffix not in (".h", ".cpp"):
+        if path.suffix not in (".h", ".cpp") and not (path.suffix == ".c" and own == C_EXAMPLES):
             complaints.append(f"{name}: sources end in .h or .cpp")
         for include in include_names(text):
             other = include.rsplit("/", 1)[0] if "/" in include else include

@@ -1,5 +1,5 @@
 # The manuals; and the Debian packages, which scripts/package.sh makes by CPack: brachyd, to run, and libbrachy-dev, to build against;
-# brachyd-import and brachyd-lab where their programs are built.
+# brachyd-import and brachyd-lab where their programs are built; libbrachyd-client0 and libbrachyd-client-dev, the C API.
 # What only a system has (service, scene in /etc, documentation in /usr/share/doc) is no part of `cmake --install`.
 set(BRACHY_MAINTAINER "brachyd maintainers <brachyd@example.org>" CACHE STRING "whom the Debian packages name")
 set(BRACHY_RELEASE 1 CACHE STRING "the Debian packages' revision of this version")
@@ -76,6 +76,17 @@ if(lab_program)
   install(FILES ${here}/copyright ${made}/changelog.Debian.gz DESTINATION /usr/share/doc/brachyd-lab
           COMPONENT lab EXCLUDE_FROM_ALL)
 endif()
+if(TARGET brachyd_client)
+  list(APPEND CPACK_COMPONENTS_ALL client client_dev)
+  set(examples /usr/share/doc/libbrachyd-client-dev/examples)
+  install(FILES ${here}/copyright ${made}/changelog.Debian.gz DESTINATION /usr/share/doc/libbrachyd-client0
+          COMPONENT client EXCLUDE_FROM_ALL)
+  install(FILES ${here}/copyright ${made}/changelog.Debian.gz DESTINATION /usr/share/doc/libbrachyd-client-dev
+          COMPONENT client_dev EXCLUDE_FROM_ALL)
+  install(FILES ${PROJECT_SOURCE_DIR}/apps/examples/gland_view.c ${PROJECT_SOURCE_DIR}/apps/csharp/BrachydClient.cs
+                ${PROJECT_SOURCE_DIR}/apps/csharp/examples/GlandMesh.cs
+          DESTINATION ${examples} COMPONENT client_dev EXCLUDE_FROM_ALL)
+endif()
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
@@ -135,4 +146,28 @@ compact support and elastic models, needle contact, seeds, TG-43 dose.
 brachy::net is the client library of brachyd's protocol, for viewers and
 devices. brachy::haptics is the device side: force from a local contact model,
 trajectories, pose checks.")
+
+set(CPACK_DEBIAN_CLIENT_PACKAGE_NAME libbrachyd-client0)
+set(CPACK_DEBIAN_CLIENT_PACKAGE_SECTION libs)
+set(CPACK_DEBIAN_CLIENT_PACKAGE_SHLIBDEPS ON)
+# Beside CPack's own scripts, which call ldconfig: the trigger and the file that Debian's tools look for.
+file(CONFIGURE OUTPUT ${made}/client/triggers CONTENT "activate-noawait ldconfig\n")
+file(CONFIGURE OUTPUT ${made}/client/shlibs CONTENT "libbrachyd-client 0 libbrachyd-client0 (>= ${PROJECT_VERSION})\n")
+set(CPACK_DEBIAN_CLIENT_PACKAGE_CONTROL_EXTRA ${made}/client/triggers ${made}/client/shlibs)
+set(CPACK_DEBIAN_CLIENT_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_CLIENT_DESCRIPTION
+    "client library of the brachytherapy simulator brachyd
+Viewers and haptic devices written in C, C# and other languages connect to
+the daemon brachyd by this library: mesh, needles, seeds, forces, ultrasound
+images, events.
+For research and training. Not a medical device.")
+
+set(CPACK_DEBIAN_CLIENT_DEV_PACKAGE_NAME libbrachyd-client-dev)
+set(CPACK_DEBIAN_CLIENT_DEV_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_CLIENT_DEV_PACKAGE_DEPENDS "libbrachyd-client0 (= ${PROJECT_VERSION}-${BRACHY_RELEASE})")
+set(CPACK_DEBIAN_CLIENT_DEV_DESCRIPTION
+    "client library of the brachytherapy simulator brachyd: C header
+The header brachyd_client.h (C99), brachyd-client for pkg-config and CMake
+(find_package(brachyd-client), brachyd::client). Examples: a viewer with
+OpenGL, the binding for C#, a script for Unity.")
 include(CPack)

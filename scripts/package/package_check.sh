@@ -20,10 +20,11 @@ for option in "$@"; do
 done
 [[ $(id -u) == 0 ]] || { echo "package_check: must be root: sudo $0" >&2; exit 2; }
 shopt -s nullglob
-packages=(build/release/brachyd_*.deb build/release/libbrachy-dev_*.deb)
+packages=(build/release/brachyd_*.deb build/release/libbrachy-dev_*.deb
+          build/release/libbrachyd-client0_*.deb build/release/libbrachyd-client-dev_*.deb)
 import=(build/release/brachyd-import_*.deb)
 lab=(build/release/brachyd-lab_*.deb)
-[[ ${#packages[@]} == 2 && ${#import[@]} == 1 && ${#lab[@]} == 1 ]] \
+[[ ${#packages[@]} == 4 && ${#import[@]} == 1 && ${#lab[@]} == 1 ]] \
     || { echo "package_check: build the packages first: scripts/package.sh" >&2; exit 2; }
 scripts/setup.sh --packages
 
@@ -66,7 +67,10 @@ printf '#!/bin/sh\nexit 101\n' >"$root/usr/sbin/policy-rc.d" && chmod 755 "$root
 cp "${packages[@]}" "$root/tmp/"
 apt update
 # What they depend on comes first, so that what is compared is theirs alone.
-for package in "${packages[@]}"; do apt satisfy "$(dpkg-deb -f "$package" Depends)"; done
+for package in "${packages[@]}"; do
+  depends=$(dpkg-deb -f "$package" Depends | sed -E 's/(^|, )libbrachyd-client0 \([^)]*\)//')
+  [[ -z $depends ]] || apt satisfy "$depends"
+done
 if ((consumer)); then apt install cmake make g++; fi
 if ((boot)); then apt install systemd systemd-sysv dbus; fi
 
@@ -79,12 +83,13 @@ files() {
 new_files() { comm -13 <(echo "$before") <(files); }
 before=$(files)
 
-install() { apt install /tmp/"$(basename "${packages[0]}")" /tmp/"$(basename "${packages[1]}")"; }
+names=(brachyd libbrachy-dev libbrachyd-client0 libbrachyd-client-dev)
+install() { apt install "${packages[@]/#*\//\/tmp\/}"; }
 install
 say "installed: $(new_files | wc -l) files and folders; $(inside brachyd --version)"
 inside dpkg --audit
-[[ -z $(inside dpkg --verify brachyd libbrachy-dev) ]] || fail \
-    "files are not what the package says: $(inside dpkg --verify brachyd libbrachy-dev)"
+[[ -z $(inside dpkg --verify "${names[@]}") ]] || fail \
+    "files are not what the package says: $(inside dpkg --verify "${names[@]}")"
 
 for program in brachyd brachy; do scripts/package/hardening.sh "$root/usr/bin/$program"; done
 say "hardened: position independent, full RELRO, BIND_NOW, stack protector, FORTIFY"
@@ -130,6 +135,8 @@ if ((consumer)); then
   quietly inside cmake --build /tmp/consumer/build
   said="$(inside /tmp/consumer/build/deform); $(inside /tmp/consumer/build/driver)"
   say "programs built against libbrachy-dev say: $said"
+  inside /tmp/consumer/build/watch 1 2>"$log" && fail "the program in C found a daemon where none is"
+  grep -q "nothing listens" "$log" || fail "the program in C says: $(cat "$log")"
   inside /tmp/consumer/build/adapter 127.0.0.1:1 2>"$log" && fail "the adapter found a daemon where none is"
   grep -q "nothing listens" "$log" || fail "the adapter says: $(cat "$log")"
 fi
@@ -154,13 +161,13 @@ grep -q "install the package brachyd-lab" <<<"$said" || fail "brachy compare say
 # A changed scene outlives an upgrade and a removal.
 echo '# mine' >>"$root/etc/brachyd/scene.toml"
 apt install --reinstall /tmp/"$(basename "${packages[0]}")"
-apt remove brachyd libbrachy-dev
+apt remove "${names[@]}"
 left=$(new_files)
 [[ $left == $'./etc/brachyd\n./etc/brachyd/scene.toml' ]] || fail "removed, but these are left: $left"
 [[ $(tail -n 1 "$root/etc/brachyd/scene.toml") == '# mine' ]] || fail "the changed scene is gone"
 say "removed: what is left is /etc/brachyd/scene.toml"
 install
-apt purge brachyd libbrachy-dev
+apt purge "${names[@]}"
 left=$(new_files)
 [[ -z $left ]] || fail "purged, but these are left: $left"
 gone=$(comm -23 <(echo "$before") <(files))

@@ -20,6 +20,7 @@ function(require_shown page program)  # the page shows the program as it stands
 endfunction()
 require_shown(README.md simulate.cpp)
 require_shown(core/README.md deform.cpp)
+require_shown(net/c_api/README.md watch.c)
 
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
 set(usr ${WORK}/prefix)
@@ -32,7 +33,7 @@ if(DPKG_DEB AND DPKG_SHLIBDEPS)
   set(usr ${WORK}/root/usr)
   file(GLOB packages ${WORK}/packed/*.deb)
   list(LENGTH packages count)
-  set(expected 2)
+  set(expected 4)
   if(EXISTS ${BUILD}/bin/brachy-import)
     math(EXPR expected "${expected} + 1")  # brachyd-import, where DCMTK is installed
   endif()
@@ -40,7 +41,7 @@ if(DPKG_DEB AND DPKG_SHLIBDEPS)
     math(EXPR expected "${expected} + 1")  # brachyd-lab
   endif()
   if(NOT count EQUAL expected)
-    message(FATAL_ERROR "brachyd, libbrachy-dev, with DCMTK brachyd-import, and with the laboratory brachyd-lab expected, not: ${packages}")
+    message(FATAL_ERROR "brachyd, libbrachy-dev, libbrachyd-client0 and -dev, with DCMTK brachyd-import, and with the laboratory brachyd-lab expected, not: ${packages}")
   endif()
   foreach(package ${packages})
     run(${DPKG_DEB} -x ${package} ${WORK}/root)
@@ -53,7 +54,8 @@ if(DPKG_DEB AND DPKG_SHLIBDEPS)
     endif()
   endforeach()
   foreach(file etc/brachyd/scene.toml lib/systemd/system/brachyd.service usr/share/doc/brachyd/copyright
-               usr/share/doc/libbrachy-dev/copyright usr/share/man/man1/brachyd.1.gz)
+               usr/share/doc/libbrachy-dev/copyright usr/share/man/man1/brachyd.1.gz
+               usr/share/doc/libbrachyd-client0/copyright usr/share/doc/libbrachyd-client-dev/examples/BrachydClient.cs)
     if(NOT EXISTS ${WORK}/root/${file})
       message(FATAL_ERROR "in neither package: /${file}")
     endif()
@@ -98,6 +100,17 @@ execute_process(COMMAND ${WORK}/build/spacenav_device RESULT_VARIABLE result ERR
 if(NOT result EQUAL 2 OR NOT output MATCHES "usage: spacenav_device HOST:PORT")
   message(FATAL_ERROR "unexpected answer of the device example (${result}): ${output}")
 endif()
+# A program in C by the C API's CMake package, and again by pkg-config; without a daemon it says so.
+set(with_pkg_config ${WORK}/build/watch_by_pkg_config)
+run(sh -c "PKG_CONFIG_PATH=${usr}/lib/pkgconfig && export PKG_CONFIG_PATH && \
+cc -std=c99 ${SOURCE}/tests/package/watch.c -o ${with_pkg_config} $(pkg-config --cflags --libs brachyd-client)")
+foreach(program ${WORK}/build/watch ${with_pkg_config})
+  execute_process(COMMAND ${CMAKE_COMMAND} -E env LD_LIBRARY_PATH=${usr}/lib ${program} 1
+                  RESULT_VARIABLE result ERROR_VARIABLE output)
+  if(NOT result EQUAL 1 OR NOT output MATCHES "nothing listens on 127.0.0.1:1")
+    message(FATAL_ERROR "unexpected answer of ${program} (${result}): ${output}")
+  endif()
+endforeach()
 run(${usr}/bin/brachyd --check-config ${usr}/share/brachy/prostate.toml)
 # The laboratory's commands run where it is installed, on the installed scenes; else they name its package.
 execute_process(COMMAND ${usr}/bin/brachy compare --models psi31 --scenes no_such_scene

@@ -310,6 +310,28 @@ class Damaged(unittest.TestCase):
         self.assertGreater(refused, 1000)
 
 
+class AgainstTheRules(unittest.TestCase):
+    def test_what_only_a_client_may_send_is_refused(self):
+        for name in ("HELLO", "POSE", "ARM", "DROP", "CONTROL", "LOAD"):
+            kind = wire.decode_header(BLOCKS[name]).type
+            with self.subTest(name), self.assertRaises(brachyd.ProtocolError):
+                wire.decode(kind, BLOCKS[name][32:])
+
+    def test_forces_that_are_no_numbers_are_refused_save_infinite_bounds(self):
+        bounds = (112, 120, 128)  # of LOCAL_MODEL: axial_min_n, axial_max_n, after_puncture_n
+        for name, first, count in (("FORCE", 32, 13), ("LOCAL_MODEL", 32, 22)):
+            kind = wire.decode_header(BLOCKS[name]).type
+            for at in range(first, first + 8 * count, 8):
+                for value in (math.nan, math.inf, -math.inf):
+                    body = bytearray(BLOCKS[name][32:])
+                    struct.pack_into("<d", body, at, value)
+                    with self.subTest(name, at=at, value=value):
+                        if name == "LOCAL_MODEL" and at in bounds and not math.isnan(value):
+                            self.assertIsNotNone(wire.decode(kind, body))
+                        else:
+                            self.assertRaises(brachyd.ProtocolError, wire.decode, kind, body)
+
+
 class LaterVersion(unittest.TestCase):
     """Of a schema with one more section, one of another type of field each; the codec is made of it as today's is."""
 

@@ -74,6 +74,7 @@ class Trees(unittest.TestCase):
         for files, words in ((good | {f"{CORE}/new/c.cpp": ""}, f"{CORE}/new is not in the table"),
                              (good | {f"{CORE}/d.cpp": ""}, "core is not in the table"),
                              (good | {f"{CORE}/base/e.hpp": ""}, "e.hpp: sources end in"),
+                             (good | {f"{CORE}/base/e.c": ""}, "e.c: sources end in"),
                              (good | {f"{CORE}/base/f.h": f'#include "{CORE}/needle/b.h"\n'}, "is not above"),
                              (good | {f"{CORE}/base/g.cpp": f"#include <{NET}/x.h>\n"}, "does not include net"),
                              (good | {f"{CORE}/base/h.inc": "asio::thread_pool pool;\n"}, "a pool of threads")):

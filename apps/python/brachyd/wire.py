@@ -64,9 +64,33 @@ class Hello:
 DECODERS: Dict[int, Callable[[Reader], Message]] = {message.TYPE: message.read for message in get_args(Message)}
 
 
+ONLY_CLIENTS_SEND = {MessageType.HELLO, MessageType.POSE, MessageType.ARM, MessageType.DROP, MessageType.CONTROL,
+                     MessageType.LOAD, MessageType.EXERCISE}
+
+
+def check_numbers(message: Message) -> None:
+    """Throws ProtocolError where a number of FORCE or LOCAL_MODEL is not finite; of the latter's bounds: is NaN."""
+    if isinstance(message, Force):
+        f = message.forces
+        numbers = [*f.force_n, *f.tip_torque_nmm, *f.hub_torque_nmm, f.axial_n, f.lateral_n, f.cutting_n, f.friction_n]
+    elif isinstance(message, LocalModel):
+        m = message
+        numbers = [*m.reference_tip, *m.contact_point, *m.axis, *m.lateral_n, m.axial_stiffness_n_per_mm,
+                   m.lateral_stiffness_n_per_mm, m.time_to_live_s, m.max_force_n, m.max_stiffness_n_per_mm,
+                   m.max_slew_n_per_ms, m.ramp_s]
+        if any(math.isnan(bound) for bound in (m.axial_min_n, m.axial_max_n, m.after_puncture_n)):
+            raise ProtocolError("a bound of the force is NaN")
+    else:
+        return
+    if not all(map(math.isfinite, numbers)):
+        raise ProtocolError("a force is not finite")
+
+
 def decode(kind: int, body: Union[bytes, memoryview]) -> Optional[Message]:
     """A message of a server; None: its type is of a later version. Throws ProtocolError for a body that is damaged in
-    whatever way."""
+    whatever way, and for a message that only a client may send."""
+    if kind in ONLY_CLIENTS_SEND:
+        raise ProtocolError(f"only a client sends a {MessageType(kind).name}")
     read = DECODERS.get(kind)
     if read is None:
         return None
@@ -74,6 +98,7 @@ def decode(kind: int, body: Union[bytes, memoryview]) -> Optional[Message]:
     try:
         message = read(reader)
         reader.finish()
+        check_numbers(message)
     except ProtocolError:
         raise
     except Exception as error:  # of what the bytes are taken for: enumerations, texts, sizes
