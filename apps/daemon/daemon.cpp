@@ -290,7 +290,7 @@ class Daemon::Impl {
     exercises_->stop();
     changes_->stop();
     summary.is_worker_busy =
-        runs_.is_building() || reload_->is_running() || exercises_->is_scoring() || changes_->is_busy();
+        runs_.is_building() || reload_->is_running() || exercises_->is_busy() || changes_->is_busy();
 
     // The deformation thread first: its last tick is then in the last snapshot.
     for (std::jthread* thread : {&deformation, &snapshots, &dose, &ultrasound, &control, &broker}) {

@@ -57,7 +57,8 @@ class Golden(unittest.TestCase):
                      "DOSE_PLANNED", "SCENE", "IMAGE", "SCANNER", "PLAN", "CONTOUR"):
             with self.subTest(name):
                 decoded(name)
-        for name in ("HELLO", "POSE", "ARM", "DROP", "CONTROL", "LOAD", "EXERCISE"):  # what a client says is not read by one
+        # What a client says is not read by one.
+        for name in ("HELLO", "POSE", "ARM", "DROP", "CONTROL", "LOAD", "EXERCISE"):
             self.assertNotIn(MessageType[name], wire.DECODERS)
 
     def test_hello_is_written_as_the_document_has_it(self):

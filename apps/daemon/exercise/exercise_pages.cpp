@@ -125,15 +125,19 @@ Attempt ExercisePages::attempt(const std::string& file, const std::string& train
 
 /// Reads the reports of all attempts, which may take long, on the other thread.
 void ExercisePages::count_passed() {
+  is_counting_ = true;
   worker_->post([this, sessions = *sessions_] {
     std::map<std::string, int> passed;
     try {
       for (const HistoryRow& row : load_history(sessions).rows)
         passed[row.task] += row.has_passed.value_or(false);
     } catch (const std::exception&) {
-      return;  // no attempt yet
+      passed.clear();  // no attempt yet
     }
-    loop_.post([this, passed = std::move(passed)] { passed_ = passed; });
+    loop_.post([this, passed = std::move(passed)] {
+      passed_ = passed;
+      is_counting_ = false;
+    });
   });
 }
 

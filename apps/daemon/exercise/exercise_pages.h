@@ -45,6 +45,7 @@ class ExercisePages {
   const Exercise* running() const { return running_; }  ///< null: the scene is no exercise's
   const std::filesystem::path& running_file() const { return running_file_; }  ///< its name; empty: none
   bool is_scoring() const { return is_scoring_; }
+  bool is_busy() const { return is_scoring_ || is_counting_; }  ///< the destructor waits for what is computed
   void stop();  ///< what is being scored is not waited for; nothing more is started
 
  private:
@@ -62,7 +63,7 @@ class ExercisePages {
   std::map<std::string, int> passed_;  // sessions that passed, by the exercise's name
   std::string last_, report_;          // JSON and page of the last result; empty: none
   std::int64_t scored_ns_ = 0;
-  bool is_scoring_ = false, is_stopped_ = false;
+  bool is_scoring_ = false, is_counting_ = false, is_stopped_ = false;
   std::unique_ptr<Worker> worker_;  // null: nothing is ever scored
 };
 

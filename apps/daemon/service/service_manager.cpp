@@ -20,7 +20,9 @@ ServiceManager::ServiceManager() {
 }
 
 void ServiceManager::ready(const std::string& status) {
-  notify("READY=1\nSTATUS=" + status);
+  // After going_on() the watchdog is the usual one again.
+  const std::string watchdog = watchdog_ ? "\nWATCHDOG_USEC=" + std::to_string(watchdog_->count()) : "";
+  notify("READY=1" + watchdog + "\nSTATUS=" + status);
 }
 
 void ServiceManager::alive(const std::string& status) {
@@ -34,6 +36,12 @@ void ServiceManager::reloading(std::int64_t now_ns) {
 
 void ServiceManager::stopping() {
   notify("STOPPING=1\nSTATUS=ending");
+}
+
+void ServiceManager::going_on() {
+  const std::string watchdog =
+      watchdog_ ? "WATCHDOG_USEC=" + std::to_string(1'000'000L * kPauseS) + "\n" : "";
+  notify(watchdog + "WATCHDOG=1\nSTATUS=beginning an exercise");
 }
 
 }  // namespace brachy

@@ -20,6 +20,8 @@ class ServiceManager {
   void alive(const std::string& status);  ///< feeds the watchdog
   void reloading(std::int64_t now_ns);    ///< on CLOCK_MONOTONIC
   void stopping();
+  void going_on();  ///< nothing ticks for a while, at most kPauseS, until ready()
+  static constexpr int kPauseS = 60;
 
  private:
   std::optional<std::chrono::microseconds> watchdog_;

@@ -24,7 +24,10 @@ void ServiceWatch::begin() {
 void ServiceWatch::end(End end) {
   is_ending_ = true;
   timer_->cancel();
-  if (end == End::kStops) manager_.stopping();
+  if (end == End::kStops)
+    manager_.stopping();
+  else
+    manager_.going_on();
 }
 
 std::string ServiceWatch::failure() {

@@ -21,7 +21,8 @@ EXERCISE = 22
 KINDS = ["HELLO", "POSE", "PING", "ARM", "DROP", "CONTROL", "SCANNER", "LOAD", "PLAN", "CONTOUR", "EXERCISE", "unknown"]
 DOORS = KINDS + ["HTTP", "OpenIGTLink"]
 IMAGES, PLANS = 32, 64  # bits of a subscription
-PAGES = ["/healthz", "/metrics", "/exercises", "/exercise-result", "/exercise-report", "/volume", "/", "/ws", "/index.html", "/nowhere"]
+PAGES = ["/healthz", "/metrics", "/exercises", "/exercise-result", "/exercise-report", "/volume", "/",
+         "/ws", "/index.html", "/nowhere"]
 MOST_BODY, MOST_OUTLINES, MOST_POINTS = 65536, 64, 2000
 IMAGE_TICK, IMAGE_PLANE = 16, 48  # offsets
 LEAST_WAIT_S = 0.005  # for an answer, of a native peer

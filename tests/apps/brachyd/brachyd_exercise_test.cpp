@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "apps/session/session_manifest.h"
 #include "tests/apps/peer.h"
@@ -32,7 +33,7 @@ struct BrachydExercise : ::testing::Test {
   }
   /// Whether somebody can join, also where the next run does not listen yet.
   static bool comes_back(RunningBrachyd& brachyd) {
-    return wait_until([&] { return Peer().join(brachyd.port); });
+    return wait_until([&] { return Peer().join(brachyd.port); }, [] { std::this_thread::yield(); });
   }
   std::string refusal(RunningBrachyd& brachyd, const std::string& file, const std::string& trainee,
                       net::Role role = net::Role::kOperator) {

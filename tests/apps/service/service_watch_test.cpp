@@ -64,6 +64,16 @@ TEST_F(ServiceWatchTest, FeedsFourTimesAPeriodWhileTheLoopTicks) {
   EXPECT_EQ(manager.count_new("WATCHDOG=1"), 0);
 }
 
+TEST_F(ServiceWatchTest, WhereAnotherRunGoesOnTheManagerWaitsForIt) {
+  watch->begin();
+  EXPECT_EQ(manager.count_new("WATCHDOG_USEC=20000000"), 1);
+  watch->end(ServiceWatch::End::kGoesOn);
+  EXPECT_EQ(manager.count_new("WATCHDOG_USEC=60000000"), 1);
+  watch.emplace(loop, 0.005, ServiceWatch::Handlers{[this] { take_tick(); }, [] { return "status"; }});
+  watch->begin();
+  EXPECT_EQ(manager.count_new("WATCHDOG_USEC=20000000"), 1);
+}
+
 TEST_F(ServiceWatchTest, ALoopThatIsSilentForMoreThanASecondHasFailed) {
   pass(seconds(10));
   watch->begin();  // what was before does not count
