@@ -100,7 +100,7 @@ class CaseReader {
     std::string reason;  ///< why it is no label map
   };
   std::vector<KeptImage> images_;
-  std::string voxel_fault_;  ///< why the first file of voxels gave no structure
+  std::string first_fault_;  ///< why the first file of voxels, or that is called .dcm, gave no structure
 };
 
 /// A text with "file 3 of 12" for each path, which could name a person.
@@ -185,7 +185,7 @@ void CaseReader::read_structure_sets() {
   structures_.leave_repeated();
   if (case_.structures.empty()) {
     if (!options_.needs_structure) return;
-    if (!voxel_fault_.empty()) throw UserError(voxel_fault_);
+    if (!first_fault_.empty()) throw UserError(first_fault_);
     throw UserError(options_.inputs.front() + ": no structure with a volume" + first_left() +
                     "; add an RTSTRUCT or a label map to the files");
   }
@@ -290,14 +290,14 @@ void CaseReader::read_voxels(const VoxelFile& file, const std::string& bytes, st
       case_.taken.push_back("structures from " + std::string(file.label_map()) + ", " + file.place);
       return;
     }
-    if (voxel_fault_.empty())
-      voxel_fault_ = file.path + ": is an image (" + reason + "), not a label map; add a segmentation";
+    if (first_fault_.empty())
+      first_fault_ = file.path + ": is an image (" + reason + "), not a label map; add a segmentation";
   } catch (const NoLabels& e) {
     reason = "values that are no labels";
-    if (voxel_fault_.empty()) voxel_fault_ = e.what();
+    if (first_fault_.empty()) first_fault_ = e.what();
   } catch (const UserError& e) {
     if (is_only_file()) throw;
-    if (voxel_fault_.empty()) voxel_fault_ = e.what();
+    if (first_fault_.empty()) first_fault_ = e.what();
     const std::string what = std::string(e.what()).starts_with(file.path + ": ")
                                  ? std::string(e.what()).substr(file.path.size() + 2)
                                  : std::string(e.what());
@@ -347,9 +347,13 @@ void CaseReader::read_file(const std::string& file, std::size_t number) {
   const std::string bytes = file_bytes(file, kMostFileBytes);
   if (const auto format = voxel_format(bytes, name))
     read_voxels({*format, file, place(number)}, bytes, number);
-  else if (begins_as_dicom(bytes) || name.ends_with(".dcm") || is_only_file())
+  else if (begins_as_dicom(bytes) || is_only_file())
     read_dicom(bytes, file, number);
-  else
+  else if (name.ends_with(".dcm")) {
+    const std::string what = ": is no DICOM file: it has no DICM at byte 128; export it as DICOM part 10";
+    if (first_fault_.empty()) first_fault_ = file + what;
+    case_.left.push_back(place(number) + what);
+  } else
     case_.left.push_back(place(number) + ": is no DICOM, NRRD, NIfTI or MetaImage");
 }
 

@@ -3,6 +3,7 @@
 #include <dcmtk/config/osconfig.h>
 #include <dcmtk/dcmdata/dcistrmb.h>
 #include <dcmtk/dcmdata/dcrledrg.h>
+#include <dcmtk/dcmdata/dcspchrs.h>
 #include <dcmtk/dcmdata/dctk.h>
 #include <dcmtk/dcmjpeg/djdecode.h>
 #include <dcmtk/dcmjpls/djdecode.h>
@@ -18,6 +19,7 @@
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/base/one_line.h"
+#include "core/base/utf8.h"
 
 namespace brachy {
 namespace {
@@ -160,12 +162,40 @@ std::optional<std::string> DicomItem::raw_value(const DicomTag& tag) const {
   return raw;
 }
 
+// Of what is not ASCII. Many files state a set of one byte a letter, or none, and have UTF-8: of other texts hardly one
+// is well-formed UTF-8, but of GB18030's some are. Without a statement Latin-1 is the likeliest.
+std::string DicomItem::in_utf8(std::string text) const {
+  constexpr char kEscape = 0x1b;
+  if (std::ranges::all_of(text, [](char c) { return static_cast<signed char>(c) >= 0 && c != kEscape; }))
+    return text;
+  OFString stated;
+  for (DcmObject* object = item_; object && stated.empty(); object = object->getParent())
+    if (auto* item = dynamic_cast<DcmItem*>(object))
+      (void)item->findAndGetOFStringArray(DCM_SpecificCharacterSet, stated, OFFalse);
+  const bool is_of_bytes = stated.find("GB") == OFString_npos;
+  if (is_of_bytes && is_printable(text)) return text;
+  DcmSpecificCharacterSet from;
+  OFString converted;
+  for (const OFString& set : {stated, OFString("ISO_IR 100")})
+    if (!set.empty() && from.selectCharacterSet(set).good() &&
+        from.convertString(text.c_str(), text.size(), converted, "").good())
+      return {converted.c_str(), converted.size()};
+  return text;
+}
+
 std::string DicomItem::text(const DicomTag& tag) const {
   if (const auto unknown = raw_value(tag))
-    return std::string(without_blanks(std::string_view(*unknown).substr(0, unknown->find('\\'))));
+    return in_utf8(std::string(without_blanks(std::string_view(*unknown).substr(0, unknown->find('\\')))));
   OFString value;
   if (item_->findAndGetOFString(key_of(tag), value).bad()) return {};
-  return std::string(without_blanks({value.c_str(), value.size()}));
+  return in_utf8(std::string(without_blanks({value.c_str(), value.size()})));
+}
+
+bool DicomItem::lists(const DicomTag& tag, std::string_view word) const {
+  OFString value;
+  for (unsigned long n = 0; item_->findAndGetOFString(key_of(tag), value, n).good(); ++n)
+    if (without_blanks({value.c_str(), value.size()}) == word) return true;
+  return false;
 }
 
 std::vector<double> DicomItem::numbers(const DicomTag& tag) const {

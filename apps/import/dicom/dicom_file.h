@@ -26,8 +26,11 @@ class DicomItem {
   DicomItem(DcmItem* item, std::string name) : item_(item), name_(std::move(name)) {}
 
   bool has(const DicomTag& tag) const;  ///< and it is not empty
-  /// The first value without blanks around it; empty where the item has none.
+  /// The first value without blanks around it, in UTF-8 whatever the data set's character set; empty where the item has
+  /// none.
   std::string text(const DicomTag& tag) const;
+  /// Whether `word` is one of the values of a code string.
+  bool lists(const DicomTag& tag, std::string_view word) const;
   /// All values of a decimal string, integer string or number; empty where there is none. Errors: a value is no number.
   std::vector<double> numbers(const DicomTag& tag) const;
   /// As numbers, but exactly `count` values.
@@ -50,6 +53,7 @@ class DicomItem {
 
  private:
   std::optional<std::string> raw_value(const DicomTag& tag) const;
+  std::string in_utf8(std::string text) const;
 
   DcmItem* item_;
   std::string name_;

@@ -6,7 +6,7 @@
 namespace brachy::tag {
 
 inline constexpr DicomTag kSopClass{0x0008, 0x0016}, kSopInstance{0x0008, 0x0018},
-    kReferencedInstance{0x0008, 0x1155}, kModality{0x0008, 0x0060}, kStudyInstance{0x0020, 0x000d},
+    kReferencedInstance{0x0008, 0x1155}, kImageType{0x0008, 0x0008}, kModality{0x0008, 0x0060}, kStudyInstance{0x0020, 0x000d},
     kSeriesInstance{0x0020, 0x000e}, kFrameOfReference{0x0020, 0x0052};
 
 // Images and dose grids.
