@@ -60,9 +60,9 @@ const ImageSeries* add_volume(const SeriesByUid& series, const std::string& fram
       imported.volume = read_image_series(images, left);
     } catch (const UserError& e) {
       imported.left.insert(imported.left.end(), left.begin(), left.end());
-      imported.left.push_back(e.what() + (images.size() > 1 ? " (a series of " + std::to_string(images.size()) +
-                                                                  " images)"
-                                                            : std::string()));
+      imported.left.push_back(e.what() + (images.size() > 1
+                                              ? " (a series of " + std::to_string(images.size()) + " images)"
+                                              : std::string()));
       continue;
     }
     for (const std::string& what : left) imported.left.push_back(what);

@@ -105,19 +105,19 @@ std::uint32_t lower_beyond_latin(std::uint32_t code) {
   if (code >= 0x410 && code <= 0x42f) return code + 0x20;
   if (code >= 0x391 && code <= 0x3a9) return code + 0x20;
   constexpr std::array<std::array<std::uint32_t, 2>, 14> kTonos = {{{0x386, 0x3b1},
-                                                                   {0x388, 0x3b5},
-                                                                   {0x389, 0x3b7},
-                                                                   {0x38a, 0x3b9},
-                                                                   {0x38c, 0x3bf},
-                                                                   {0x38e, 0x3c5},
-                                                                   {0x38f, 0x3c9},
-                                                                   {0x3ac, 0x3b1},
-                                                                   {0x3ad, 0x3b5},
-                                                                   {0x3ae, 0x3b7},
-                                                                   {0x3af, 0x3b9},
-                                                                   {0x3cc, 0x3bf},
-                                                                   {0x3cd, 0x3c5},
-                                                                   {0x3ce, 0x3c9}}};
+                                                                    {0x388, 0x3b5},
+                                                                    {0x389, 0x3b7},
+                                                                    {0x38a, 0x3b9},
+                                                                    {0x38c, 0x3bf},
+                                                                    {0x38e, 0x3c5},
+                                                                    {0x38f, 0x3c9},
+                                                                    {0x3ac, 0x3b1},
+                                                                    {0x3ad, 0x3b5},
+                                                                    {0x3ae, 0x3b7},
+                                                                    {0x3af, 0x3b9},
+                                                                    {0x3cc, 0x3bf},
+                                                                    {0x3cd, 0x3c5},
+                                                                    {0x3ce, 0x3c9}}};
   for (const auto& [with, bare] : kTonos)
     if (code == with) return bare;
   return code;

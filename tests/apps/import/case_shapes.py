@@ -237,7 +237,7 @@ def drawn(rng, shape, R, heights, way):
     spacing = heights[1] - heights[0]
     contours, volume, moment, outlines, planes = [], 0, np.zeros(3), [], []
     for height in heights:
-        loops = [loop for loop in shape.loops(R, height) if area_and_middle(loop)[0] > 0.5]
+        loops = [loop for loop in shape.loops(R, height) if area_and_middle(loop)[0] > 2]  # pixels
         if not loops:
             continue
         has_hole = len(loops) == 2 and not isinstance(shape, Fork)
