@@ -114,9 +114,9 @@ std::array<double, 3> rgb_of_lab(const std::vector<double>& stored) {
     return t > 6.0 / 29 ? t * t * t : 3 * (6.0 / 29) * (6.0 / 29) * (t - 4.0 / 29);
   };
   const double y = (L + 16) / 116;
-  const Vec3 XYZ(0.9642 * unpacked(y + a / 500), unpacked(y), 0.8249 * unpacked(y - b / 200));
+  const Vec3 tristimulus(0.9642 * unpacked(y + a / 500), unpacked(y), 0.8249 * unpacked(y - b / 200));
   const Mat3 linear{{3.1339, -1.6169, -0.4906}, {-0.9785, 1.9160, 0.0333}, {0.0720, -0.2290, 1.4057}};
-  const Vec3 rgb = linear * XYZ;
+  const Vec3 rgb = linear * tristimulus;
   std::array<double, 3> colour{};
   for (std::size_t c = 0; c < 3; ++c) {
     const double v = std::clamp(rgb[static_cast<Eigen::Index>(c)], 0.0, 1.0);

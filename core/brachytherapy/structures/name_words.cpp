@@ -54,8 +54,8 @@ void append_utf8(std::string& text, std::uint32_t code) {
   }
 }
 
-/// Full-width letters of Japanese and Chinese systems as ASCII; parts of Korean syllables, as a Macintosh writes them in
-/// names of files, as the syllable (Unicode, 3.12).
+/// Full-width letters of Japanese and Chinese systems as ASCII; parts of Korean syllables, as a Macintosh writes them
+/// in names of files, as the syllable (Unicode, 3.12).
 void append_composed(std::vector<std::uint32_t>& codes, std::uint32_t code) {
   constexpr std::uint32_t kSyllables = 0xac00, kVowels = 21, kEnds = 28;
   const std::uint32_t last = codes.empty() ? 0 : codes.back();

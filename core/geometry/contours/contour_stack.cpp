@@ -122,7 +122,8 @@ std::vector<double> means_of(const std::vector<double>& heights, const std::vect
   return sums;
 }
 
-/// Where planes lie at whole multiples of a distance, each near its own: the line through them by number, least squares.
+/// Where planes lie at whole multiples of a distance, each near its own: the line through them by number, of least
+/// squares.
 std::optional<std::vector<double>> even_heights(const std::vector<double>& means) {
   constexpr double kOffShare = 0.15;
   const double usual = usual_gap(means);

@@ -159,7 +159,9 @@ def image_series(folder, rng, R, box, heights, oddity, kind):
     if modality == "US" and kind == "plain":
         bits, stored, most = 8, 8, 251
     shift = most // 3 if signed else 0
-    slope, intercept = (float(rng.choice([1, 0.5, 0.01])), float(rng.choice([0, -1024]))) if modality == "CT" else (1, 0)
+    slope, intercept = 1.0, 0.0
+    if modality == "CT":
+        slope, intercept = float(rng.choice([1, 0.5, 0.01])), float(rng.choice([0, -1024]))
     uid = generate_uid(entropy_srcs=["series", str(folder)])
     i, j = np.meshgrid(np.arange(size[0]), np.arange(size[1]), indexing="ij")
     missing = set(rng.choice(np.arange(2, len(heights) - 2), 2, replace=False)) if kind == "missing" else set()
@@ -347,7 +349,10 @@ def write_nifti(file, grid, values, dtype, rng, table=None, slope=0.0, intent=0)
     directions = grid.steps / spacing
     side = np.sign(np.linalg.det(directions))
     is_straight = np.allclose(directions.T @ directions, np.eye(3), atol=1e-9)
-    codes_of = (1, 1) if is_straight and rng.random() < 0.5 else (1, 0) if is_straight and rng.random() < 0.4 else (0, 2)
+    # qform, sform.
+    codes_of = (0, 2)
+    if is_straight and rng.random() < 0.7:
+        codes_of = (1, int(rng.integers(2)))
     struct.pack_into(e + "8f", header, 76, side if codes_of[0] else 1, *spacing * scale, 0, 0, 0, 0)
     struct.pack_into(e + "f", header, 108, 352 + len(extension))
     struct.pack_into(e + "ff", header, 112, slope, 0)
@@ -391,7 +396,7 @@ def write_mha(file, grid, values, dtype, rng):
 def sphere_mesh(shape, rings=24, around=36):
     """A closed surface about an ellipsoid, outward."""
     t, p = np.pi * np.arange(1, rings) / rings, 2 * np.pi * np.arange(around) / around
-    unit = [(0, 0, 1)] + [(np.sin(a) * np.cos(b), np.sin(a) * np.sin(b), np.cos(a)) for a in t for b in p] + [(0, 0, -1)]
+    unit = [(0, 0, 1), *((np.sin(a) * np.cos(b), np.sin(a) * np.sin(b), np.cos(a)) for a in t for b in p), (0, 0, -1)]
     v = shape.middle + (np.array(unit) * shape.half) @ shape.turn.T
     f = []
     for b in range(around):
@@ -422,13 +427,15 @@ def write_mesh(path, v, f, kind, rng, comment=""):
     elif kind == "STL text":
         lines = [f"solid shape {comment}"]
         for t in f:
-            lines += ["facet normal 0 0 0", " outer loop", *(f"  vertex {words(v[k])}" for k in t), " endloop", "endfacet"]
+            lines += ["facet normal 0 0 0", " outer loop", *(f"  vertex {words(v[k])}" for k in t), " endloop",
+                      "endfacet"]
         text = end.join([*lines, "endsolid shape", ""])
         path.write_bytes(bom + (text.upper() if rng.random() < 0.3 else text).encode())
     elif kind == "obj":
         named = rng.random() < 0.5
         lines = ([f"# {comment}"] if comment else []) + ["mtllib nothing.mtl", "o shape", *(f"v {words(p)}" for p in v)]
-        lines += ["vn 0 0 1", "usemtl red"] + ["f " + " ".join(f"{k + 1}//1" if named else str(k + 1) for k in t) for t in f]
+        lines += ["vn 0 0 1", "usemtl red"]
+        lines += ["f " + " ".join(f"{k + 1}//1" if named else str(k + 1) for k in t) for t in f]
         path.write_bytes(bom + end.join([*lines, ""]).encode())
     else:
         text, order = kind == "ply text", ">" if kind == "ply big" else "<"
@@ -437,7 +444,8 @@ def write_mesh(path, v, f, kind, rng, comment=""):
         real = "double" if wide else "float"
         has_normals = rng.random() < 0.4
         head = ["ply", f"format {form} 1.0", f"comment {comment or 'shape'}", f"element vertex {len(v)}",
-                *(f"property {real} {a}" for a in "xyz"), *([f"property float n{a}" for a in "xyz"] if has_normals else []),
+                *(f"property {real} {a}" for a in "xyz"),
+                *([f"property float n{a}" for a in "xyz"] if has_normals else []),
                 f"element face {len(f)}", f"property list uchar int {rng.choice(['vertex_indices', 'vertex_index'])}",
                 "end_header"]
         if text:

@@ -5,8 +5,7 @@ slices; a plane is at a height along the normal, and its loops are n×2.
 """
 import numpy as np
 
-# Sections in degrees between 0 and 360; 96 points of an ellipse have 99.93 % of its area, which the truth is taken of.
-POINTS = 72
+POINTS = 72  # of an outline: the truth is that of the polygon
 
 
 class Ellipsoid:
@@ -105,7 +104,7 @@ class Tube:
 
 
 class Fork:
-    """Vesicles: one piece below, in Cassini's ovals about two points `apart` mm to either side, that parts into two above.
+    """Vesicles: one piece below, in Cassini's ovals about two points `apart` mm to either side, parting in two above.
     Across the patient's axis, or in slices near that, as Tube."""
 
     def __init__(self, middle, half_height, apart):
@@ -232,8 +231,8 @@ def keyhole(outer, hole):
 
 
 def drawn(rng, shape, R, heights, way):
-    """Contours of a shape, n×3 in RAS, in any order; and their truth: what slabs of the loops' areas hold. `way`: jitter
-    in mm, twice, keyhole (bools)."""
+    """Contours of a shape, n×3 in RAS, in any order; and their truth: what slabs of the loops' areas hold. `way`:
+    jitter in mm, twice, keyhole (bools)."""
     spacing = heights[1] - heights[0]
     contours, volume, moment, outlines, planes = [], 0, np.zeros(3), [], []
     for height in heights:
@@ -264,6 +263,48 @@ def drawn(rng, shape, R, heights, way):
     every = np.concatenate(outlines)
     return contours, {"cc": volume / 1000, "middle": R @ (moment / volume), "jitter": way["jitter"], "axes": R,
                       "extent": np.append(np.ptp(every, axis=0), planes[-1] - planes[0] + spacing)}
+
+
+def circle(a, b, middle, points, turn=0.0):
+    t = 2 * np.pi * np.arange(points) / points
+    x, y = a * np.cos(t), b * np.sin(t)
+    c, s = np.cos(turn), np.sin(turn)
+    return np.stack([middle[0] + x * c - y * s, middle[1] + x * s + y * c], 1)
+
+
+class Outlines:
+    """Sections in the slices' own frame, by height: ellipsoids, tubes that run as obliquely as 68°, rings with a hole,
+    shells whose hole begins and ends inside."""
+
+    def __init__(self, rng, spacing):
+        self.kind = ["ellipsoid", "tube", "ring", "shell"][rng.integers(4)]
+        points = int(rng.integers(40, 160))
+        if self.kind == "tube":
+            radius, slope = rng.uniform(1.5, 5), rng.uniform(0, min(2.5, 12 / spacing))
+            count = max(4, int(rng.uniform(15, 40) / spacing))
+            way = rng.uniform(0, 2 * np.pi)
+            self.sections = [(k * spacing, [circle(radius, radius, slope * k * spacing
+                                                   * np.array([np.cos(way), np.sin(way)]), points)])
+                             for k in range(count)]
+            return
+        a, b, c = rng.uniform(8, 30, 3)
+        count = max(6, int(2 * c / spacing))
+        heights = (np.arange(count) - (count - 1) / 2) * spacing
+        turn = rng.uniform(0, np.pi)
+        top, wall = count * spacing / 2, rng.uniform(2, 6)
+        self.sections = []
+        for h in heights:
+            share = np.sqrt(1 - (h / top) ** 2) if self.kind != "ring" else 1
+            loops = [circle(a * share, b * share, (0, 0), points, turn)]
+            if self.kind == "ring":
+                loops.append(circle(a - wall, b - wall, (0, 0), points, turn))
+            elif self.kind == "shell" and abs(h) < 0.5 * top:
+                inner = 0.5 * np.sqrt(1 - (h / (0.55 * top)) ** 2)
+                loops.append(circle(a * inner, b * inner, (0, 0), points, turn))
+            self.sections.append((h, loops))
+
+    def loops(self, _, height):
+        return next(loops for h, loops in self.sections if h == height)
 
 
 class Grid:
