@@ -260,7 +260,10 @@ std::string plain_name(const std::string& name, const std::string& otherwise) {
   }
   while (plain.ends_with('_')) plain.pop_back();
   plain.resize(std::min<std::size_t>(plain.size(), 32));
-  if (plain.empty()) return otherwise;
+  if (plain.empty()) {
+    const StructureRole role = role_of_name(name).role;  // "膀胱" → bladder
+    return role == StructureRole::kOther ? otherwise : role_word(role);
+  }
   for (const char* organ : {"prostate", "urethra", "rectum", "bladder"})
     if (lower_case(plain) == organ) return organ;
   return plain;
