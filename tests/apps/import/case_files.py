@@ -251,25 +251,28 @@ def odd_turn(rng):
     return turned(rng.normal(size=3), rng.uniform(0.05, 0.4))
 
 
-def segmentation(path, grid, labels, values, names, oddity="plain"):
-    """DICOM SEG, binary, a frame for each slice of a segment that has voxels. The grid must be at right angles."""
+def segmentation(path, grid, masks, names, kind="BINARY", oddity="plain"):
+    """DICOM SEG: a frame for each slice of a segment that has voxels, or of LABELMAP for each slice; in any order of
+    slices. The grid must be at right angles."""
     spacing = np.linalg.norm(grid.steps, axis=0)
     data = odd.new_set("SEG", path)
-    data.SegmentationType, data.FrameOfReferenceUID, data.SpecificCharacterSet = "BINARY", FRAME, "ISO_IR 192"
+    data.SegmentationType, data.FrameOfReferenceUID, data.SpecificCharacterSet = kind, FRAME, "ISO_IR 192"
     data.SegmentSequence = pydicom.Sequence(
         [odd.item(SegmentNumber=n, SegmentLabel=name, SegmentAlgorithmType="AUTOMATIC")
          for n, name in enumerate(names, 1)])
     frames, packed = [], []
-    for n, value in enumerate(values, 1):
-        for k in range(grid.size[2]):
-            mask = labels[:, :, k] == value
-            if not mask.any():
+    if kind == "LABELMAP":
+        masks = [np.max([n * mask for n, mask in enumerate(masks, 1)], axis=0)]
+    for n, mask in enumerate(masks, 1):
+        for k in range(grid.size[2])[::-1 if n % 2 else 1]:
+            if not mask[:, :, k].any():
                 continue
-            packed.append(mask.ravel("F"))
-            frames.append(odd.item(
-                SegmentIdentificationSequence=pydicom.Sequence([odd.item(ReferencedSegmentNumber=n)]),
-                PlanePositionSequence=pydicom.Sequence([odd.item(ImagePositionPatient=texts(
-                    (grid.origin + k * grid.steps[:, 2]) * LPS, 5))])))
+            packed.append(mask[:, :, k].ravel("F"))
+            frame = odd.item(PlanePositionSequence=pydicom.Sequence([odd.item(ImagePositionPatient=texts(
+                (grid.origin + k * grid.steps[:, 2]) * LPS, 5))]))
+            if kind != "LABELMAP":
+                frame.SegmentIdentificationSequence = pydicom.Sequence([odd.item(ReferencedSegmentNumber=n)])
+            frames.append(frame)
     data.PerFrameFunctionalGroupsSequence = pydicom.Sequence(frames)
     data.SharedFunctionalGroupsSequence = pydicom.Sequence([odd.item(
         PlaneOrientationSequence=pydicom.Sequence([odd.item(
@@ -279,9 +282,13 @@ def segmentation(path, grid, labels, values, names, oddity="plain"):
                                                          SpacingBetweenSlices=f"{spacing[2]:.6g}")]))])
     data.Rows, data.Columns, data.NumberOfFrames = int(grid.size[1]), int(grid.size[0]), len(frames)
     data.SamplesPerPixel, data.PhotometricInterpretation = 1, "MONOCHROME2"
-    data.BitsAllocated = data.BitsStored = 1
-    data.HighBit = data.PixelRepresentation = 0
-    raw = np.packbits(np.concatenate(packed), bitorder="little").tobytes()
+    data.BitsAllocated = data.BitsStored = 1 if kind == "BINARY" else 8
+    data.HighBit, data.PixelRepresentation = data.BitsStored - 1, 0
+    values = np.concatenate(packed)
+    if kind == "FRACTIONAL":  # what is less than half is outside
+        data.SegmentationFractionalType, data.MaximumFractionalValue = "PROBABILITY", 200
+        values = np.where(values, 100 + np.arange(len(values)) % 101, np.arange(len(values)) % 100)
+    raw = (np.packbits(values, bitorder="little") if kind == "BINARY" else values.astype("u1")).tobytes()
     data.PixelData = raw + b"\0" * (len(raw) % 2)
     save(data, path, oddity)
 

@@ -193,6 +193,17 @@ def draw_contours(case, shapes, names, transform, R, plan):
         case.is_image_taken = case.image is not None
 
 
+def draw_series_beside(case, shapes):
+    R = shapes_of.slice_frame(case.rng, "axial")
+    boxes = np.array([s.box() for s in shapes.values()])
+    low, high = boxes[:, 0].min(0), boxes[:, 1].max(0)
+    corners = np.array(np.meshgrid(*zip(low, high), indexing="ij")).reshape(3, -1).T @ R
+    heights = np.arange(low[2] - 9, high[2] + 9, 2.5)
+    case.image, _ = files.image_series(case.folder / "images", case.rng, R, (corners.min(0), corners.max(0)), heights,
+                                       case.oddity, "plain")
+    case.is_image_taken = True
+
+
 ODD_ROIS = ("point", "open", "empty", "bent", "flat", "other frame", "unknown number", "count", "no data")
 
 
@@ -268,8 +279,18 @@ def draw_voxels(case, form, shapes, names, transform):
         files.write_nifti(folder / case.pick("seg.nii.gz", "labels.nii", "SEG.NII.GZ"), moved, labels, dtype, rng,
                           {values[k]: names[k] for k in shapes})
     elif form == "dicom seg":
-        files.segmentation(folder / "SEG.dcm", moved, labels, [values[k] for k in shapes], [names[k] for k in shapes],
-                           case.oddity if case.oddity not in ("big endian",) else "plain")
+        kind = case.pick("BINARY", "BINARY", "FRACTIONAL", "LABELMAP")
+        masks = {k: labels == values[k] for k in shapes}
+        if kind != "LABELMAP" and case.chance(0.5):
+            # The gland with the urethra in it: segments may overlap.
+            masks["prostate"] = shapes["prostate"].holds(points)
+            truth = grid.truth(masks["prostate"])
+            share = 1e-3 if case.warned == "in cm" else 1
+            case.structures[names["prostate"]] |= {"cc": share * truth["cc"], "middle": transform(truth["middle"])}
+        files.segmentation(folder / "SEG.dcm", moved, list(masks.values()), [names[k] for k in masks], kind,
+                           case.oddity if case.oddity != "big endian" else "plain")
+        if not case.warned and case.chance(0.4):
+            draw_series_beside(case, shapes)
     elif form == "folder":
         if case.warned == "sides exchanged":
             by_file["hip_left"], by_file["hip_right"] = by_file["hip_right"], by_file["hip_left"]
