@@ -35,12 +35,11 @@ parts=(
   'latency     scripts/campaigns/latency.sh'
   'seeds       scripts/campaigns/dose_latency.sh'
   'findings    scripts/campaigns/findings.sh'
-  'anatomy     tests/apps/import/anatomy_cases.py build/release/bin/brachy-import 2000'
+  'cases       tests/apps/import/import_cases.py build/release/bin/brachy 2000'
   'timed       scripts/campaigns/timed.sh'
   'hdr_plans   tests/apps/import/hdr_plans.py build/release/bin/brachy-import config/sources 400'
   'fractions   tests/apps/score/fraction_sessions.py build/release/bin/brachy 50'
   'robust      tests/apps/brachy/robust_draws.py build/release/bin/brachy 60'
-  'contours    tests/apps/import/contour_shapes.py build/release/bin/brachy-import out/nightly/shapes --cases 2000'
 )
 name_of() { echo "${1%% *}"; }
 command_of() { echo "${1#"${1%% *}"}" | sed 's/^ *//'; }

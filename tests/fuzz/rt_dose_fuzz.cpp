@@ -1,6 +1,7 @@
-// An RTDOSE or an image, from behind "DICM" on, read as both.
+// An RTDOSE, an image or a segmentation, from behind "DICM" on, read as each.
 #include "apps/import/voxels/image_series.h"
 #include "apps/import/voxels/rt_dose.h"
+#include "apps/import/voxels/segmentation.h"
 #include "tests/fuzz/fuzzed_dicom.h"
 
 namespace brachy::fuzz {
@@ -15,6 +16,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       std::vector<std::string> left;
       const VoxelVolume image = read_image_series({&file}, left);
       EXPECT_EQ(image.values.size(), image.grid.count());
+    });
+    reads("file: ", [&] {
+      const LabelMap map = read_segmentation(file);
+      for (const auto& layer : map.layers) EXPECT_EQ(layer.size(), map.grid.count());
+      for (const LabelMap::Segment& segment : map.segments) EXPECT_LT(segment.layer, map.layers.size());
     });
   });
   return 0;

@@ -19,6 +19,7 @@ namespace brachy {
 namespace {
 
 constexpr double kFarthestStructureMm = 10;  // of a dwell beside the structure that is its catheter
+constexpr double kShortestCatheterMm = 20;   // of a structure that no channel names
 constexpr double kBeyondMm = 0.5;  // a point of the structure this far beyond the last dwell goes on from it
 
 /// Words of model and maker that name a source of which there are data.
@@ -76,6 +77,12 @@ double largest_distance(const ImportedCourse& course, const std::vector<RtDwell>
   return most;
 }
 
+double length_of(const std::vector<Vec3>& course) {
+  double length = 0;
+  for (std::size_t i = 1; i < course.size(); ++i) length += (course[i] - course[i - 1]).norm();
+  return length;
+}
+
 /// The structure that is this channel's catheter, taken out of the list; nothing where none lies there.
 std::optional<ImportedCourse> take_course(const RtChannel& channel, const std::vector<RtDwell>& dwells,
                                           std::vector<ImportedCourse>& courses) {
@@ -83,9 +90,13 @@ std::optional<ImportedCourse> take_course(const RtChannel& channel, const std::v
       courses, [&](const ImportedCourse& c) { return channel.roi && c.roi == *channel.roi; });
   auto best = named;
   if (named == courses.end() || largest_distance(*named, dwells) > kFarthestStructureMm)
-    best = std::ranges::min_element(courses, {},
-                                    [&](const ImportedCourse& c) { return largest_distance(c, dwells); });
-  if (best == courses.end() || largest_distance(*best, dwells) > kFarthestStructureMm) return std::nullopt;
+    best = std::ranges::min_element(courses, {}, [&](const ImportedCourse& c) {
+      return length_of(c.points) < kShortestCatheterMm ? std::numeric_limits<double>::infinity()
+                                                       : largest_distance(c, dwells);
+    });
+  if (best == courses.end() || largest_distance(*best, dwells) > kFarthestStructureMm ||
+      (best != named && length_of(best->points) < kShortestCatheterMm))
+    return std::nullopt;
   ImportedCourse course = std::move(*best);
   courses.erase(best);
   return course;

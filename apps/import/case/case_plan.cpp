@@ -12,6 +12,7 @@ namespace brachy {
 namespace {
 
 constexpr double kSeed = PlanNeedle::kSeedMm, kSpacer = PlanNeedle::kSpacerMm;
+constexpr double kBeforeTrainMm = 10;  // between template and train, more than trains grow by whole spacers
 
 /// A train whose seeds lie nearest to these offsets behind the tip, and the distance of the worst one.
 std::string train_of(const std::vector<double>& offsets, double& most_moved_mm) {
@@ -163,6 +164,12 @@ CasePlan fit_plan(const RtBrachyPlan& file, const TemplateGrid& proposed, const 
         throw NoTemplatePlan(
             name + ": Source Sequence (300a,0210): seeds of different strengths; plan with one strength");
   if (file.prescription_gy) plan.prescription_gy = *file.prescription_gy;
+  // The needles hold their trains when they stand in the template.
+  if (!described)
+    for (const FileNeedle& needle : needles)
+      result.grid.origin_mm.z() =
+          std::min(result.grid.origin_mm.z(),
+                   std::floor(needle.tip.z() - needle.offsets.back() - kSeed - kBeforeTrainMm));
   double deepest = 0;
   for (const FileNeedle& needle : needles)
     deepest = std::max(deepest, needle.tip.z() - result.grid.origin_mm.z());

@@ -115,6 +115,9 @@ void CaseStructures::read_contours(const RtRoi& roi, const std::string& file, co
   if (stack.most_apart_mm > kNotedMm)
     structure.notes.push_back("contours of one slice lie up to " + text_of(stack.most_apart_mm) +
                               " mm apart");
+  if (stack.most_moved_mm > kNotedMm)
+    structure.notes.push_back("contours lie up to " + text_of(stack.most_moved_mm) +
+                              " mm beside evenly spaced slices, and are taken to be on these");
   if (stack.crossing_planes > 0)
     structure.notes.push_back("contours cross in " + std::to_string(stack.crossing_planes) +
                               " planes: what lies in two of them is taken to be outside");
@@ -257,7 +260,10 @@ std::string plain_name(const std::string& name, const std::string& otherwise) {
   }
   while (plain.ends_with('_')) plain.pop_back();
   plain.resize(std::min<std::size_t>(plain.size(), 32));
-  if (plain.empty()) return otherwise;
+  if (plain.empty()) {
+    const StructureRole role = role_of_name(name).role;  // "膀胱" → bladder
+    return role == StructureRole::kOther ? otherwise : role_word(role);
+  }
   for (const char* organ : {"prostate", "urethra", "rectum", "bladder"})
     if (lower_case(plain) == organ) return organ;
   return plain;

@@ -49,7 +49,8 @@ class CaseStructures {
 };
 
 /// A structure's name as a scene can have it: "Prostate (CTV)" → "Prostate_CTV", "Harnröhre" → "Harnroehre", an organ's
-/// in lower case, with _ for what is no letter, digit, _ or -.
+/// in lower case, with _ for what is no letter, digit, _ or -; of one without such letters what it means, or else
+/// `otherwise`.
 std::string plain_name(const std::string& name, const std::string& otherwise);
 
 std::string lower_case(std::string text);

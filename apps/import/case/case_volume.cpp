@@ -39,16 +39,18 @@ std::string ImageSeries::frame() const {
 
 const ImageSeries* add_volume(const SeriesByUid& series, const std::string& frame, ImportedCase& imported) {
   std::vector<const ImageSeries*> near;
-  std::size_t elsewhere = 0;
+  const auto leave = [&](const ImageSeries& one, const std::string& why) {
+    const std::size_t more = one.images.size() - 1;
+    imported.left.push_back(one.first_file + ": " + why +
+                            (more > 0 ? ", with " + std::to_string(more) + " more" : ""));
+  };
   for (const auto& [uid, one] : series) {
     const std::string own = one.frame();
     if (own.empty() || frame.empty() || own == frame)
       near.push_back(&one);
     else
-      ++elsewhere;
+      leave(one, "a series of images in another frame of reference");
   }
-  if (elsewhere > 0)
-    imported.left.push_back(std::to_string(elsewhere) + " series of images in another frame of reference");
   std::ranges::stable_sort(near, std::greater<>(), [](const ImageSeries* s) { return s->images.size(); });
   for (std::size_t n = 0; n < near.size(); ++n) {
     std::vector<const DicomFile*> images;
@@ -57,12 +59,14 @@ const ImageSeries* add_volume(const SeriesByUid& series, const std::string& fram
     try {
       imported.volume = read_image_series(images, left);
     } catch (const UserError& e) {
-      imported.left.push_back("a series of " + std::to_string(images.size()) + " images: " + e.what());
+      imported.left.insert(imported.left.end(), left.begin(), left.end());
+      imported.left.push_back(e.what() + (images.size() > 1
+                                              ? " (a series of " + std::to_string(images.size()) + " images)"
+                                              : std::string()));
       continue;
     }
     for (const std::string& what : left) imported.left.push_back(what);
-    if (n + 1 < near.size())
-      imported.left.push_back(std::to_string(near.size() - n - 1) + " shorter series of images");
+    for (std::size_t k = n + 1; k < near.size(); ++k) leave(*near[k], "a shorter series of images");
     return near[n];
   }
   return nullptr;

@@ -16,6 +16,7 @@
 #include "apps/import/labels/import_limits.h"
 #include "apps/import/labels/voxel_file.h"
 #include "apps/import/voxels/rt_dose.h"
+#include "apps/import/voxels/segmentation.h"
 #include "core/base/error.h"
 #include "core/brachytherapy/structures/anatomy.h"
 #include "core/geometry/volume/file_bytes.h"
@@ -68,6 +69,7 @@ class CaseReader {
   void read_dicom(const std::string& bytes, const std::string& file, std::size_t number);
   void read_voxels(const VoxelFile& file, const std::string& bytes, std::size_t number);
   void read_structure_sets();
+  void read_segmentations();
   void take_image();
   bool is_only_file() const;
   void take_implant(const RtBrachyPlan& plan, const RtFile& file);
@@ -93,14 +95,14 @@ class CaseReader {
   std::optional<std::string> frame_;  // of the structures
   std::set<std::string> dropped_;
   SeriesByUid series_;
-  std::vector<RtFile> structure_sets_, plans_, doses_;
+  std::vector<RtFile> structure_sets_, segmentations_, plans_, doses_;
   std::string plan_instance_;  // SOP instance UID of the plan that was taken
   struct KeptImage {
     VoxelFile file;
     std::string reason;  ///< why it is no label map
   };
   std::vector<KeptImage> images_;
-  std::string voxel_fault_;  ///< why the first file of voxels gave no structure
+  std::string first_fault_;  ///< why the first file of voxels, or that is called .dcm, gave no structure
 };
 
 /// A text with "file 3 of 12" for each path, which could name a person.
@@ -150,6 +152,8 @@ void CaseReader::read_dicom(const std::string& bytes, const std::string& file, s
     plans_.push_back({file, number, std::move(dicom)});
   } else if (modality == "RTDOSE") {
     doses_.push_back({file, number, std::move(dicom)});
+  } else if (modality == "SEG") {
+    segmentations_.push_back({file, number, std::move(dicom)});
   } else if (modality == "CT" || modality == "MR" || modality == "US" || modality == "PT") {
     ImageSeries& series = series_[dicom->data().text(tag::kSeriesInstance)];
     if (series.images.empty()) series.first_file = file;
@@ -157,6 +161,17 @@ void CaseReader::read_dicom(const std::string& bytes, const std::string& file, s
   } else {
     case_.left.push_back(place(number) + ": is of modality " + plain_name(modality, "none"));
   }
+}
+
+void CaseReader::read_segmentations() {
+  for (RtFile& file : segmentations_) try {
+      if (!is_in_frame(file.dicom->data().text(tag::kFrameOfReference), file, "segmentation")) continue;
+      structures_.add_segments(read_segmentation(*file.dicom), file.path, file.number, place(file.number));
+      case_.taken.push_back("structures from a DICOM segmentation, " + place(file.number));
+    } catch (const UserError& e) {
+      if (first_fault_.empty()) first_fault_ = e.what();
+      leave(file, e.what());
+    }
 }
 
 /// Beside the images in the frame of the structures, which are read before them.
@@ -170,7 +185,9 @@ void CaseReader::read_structure_sets() {
       if (fault.empty()) fault = e.what();
       leave(file, e.what());
     }
-  if (sets.empty() && case_.structures.empty() && !fault.empty()) throw UserError(fault);
+  if (sets.empty() && case_.structures.empty() && segmentations_.empty() && !fault.empty())
+    throw UserError(fault);
+  read_segmentations();
   const ImageSeries* images = add_volume(series_, frame_.value_or(""), case_);
   ImageSlices slices;
   if (images) {
@@ -185,7 +202,7 @@ void CaseReader::read_structure_sets() {
   structures_.leave_repeated();
   if (case_.structures.empty()) {
     if (!options_.needs_structure) return;
-    if (!voxel_fault_.empty()) throw UserError(voxel_fault_);
+    if (!first_fault_.empty()) throw UserError(first_fault_);
     throw UserError(options_.inputs.front() + ": no structure with a volume" + first_left() +
                     "; add an RTSTRUCT or a label map to the files");
   }
@@ -290,14 +307,14 @@ void CaseReader::read_voxels(const VoxelFile& file, const std::string& bytes, st
       case_.taken.push_back("structures from " + std::string(file.label_map()) + ", " + file.place);
       return;
     }
-    if (voxel_fault_.empty())
-      voxel_fault_ = file.path + ": is an image (" + reason + "), not a label map; add a segmentation";
+    if (first_fault_.empty())
+      first_fault_ = file.path + ": is an image (" + reason + "), not a label map; add a segmentation";
   } catch (const NoLabels& e) {
     reason = "values that are no labels";
-    if (voxel_fault_.empty()) voxel_fault_ = e.what();
+    if (first_fault_.empty()) first_fault_ = e.what();
   } catch (const UserError& e) {
     if (is_only_file()) throw;
-    if (voxel_fault_.empty()) voxel_fault_ = e.what();
+    if (first_fault_.empty()) first_fault_ = e.what();
     const std::string what = std::string(e.what()).starts_with(file.path + ": ")
                                  ? std::string(e.what()).substr(file.path.size() + 2)
                                  : std::string(e.what());
@@ -347,9 +364,13 @@ void CaseReader::read_file(const std::string& file, std::size_t number) {
   const std::string bytes = file_bytes(file, kMostFileBytes);
   if (const auto format = voxel_format(bytes, name))
     read_voxels({*format, file, place(number)}, bytes, number);
-  else if (begins_as_dicom(bytes) || name.ends_with(".dcm") || is_only_file())
+  else if (begins_as_dicom(bytes) || is_only_file())
     read_dicom(bytes, file, number);
-  else
+  else if (name.ends_with(".dcm")) {
+    const std::string what = ": is no DICOM file: it has no DICM at byte 128; export it as DICOM part 10";
+    if (first_fault_.empty()) first_fault_ = file + what;
+    case_.left.push_back(place(number) + what);
+  } else
     case_.left.push_back(place(number) + ": is no DICOM, NRRD, NIfTI or MetaImage");
 }
 

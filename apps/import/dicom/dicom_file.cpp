@@ -3,6 +3,7 @@
 #include <dcmtk/config/osconfig.h>
 #include <dcmtk/dcmdata/dcistrmb.h>
 #include <dcmtk/dcmdata/dcrledrg.h>
+#include <dcmtk/dcmdata/dcspchrs.h>
 #include <dcmtk/dcmdata/dctk.h>
 #include <dcmtk/dcmjpeg/djdecode.h>
 #include <dcmtk/dcmjpls/djdecode.h>
@@ -18,6 +19,7 @@
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/base/one_line.h"
+#include "core/base/utf8.h"
 
 namespace brachy {
 namespace {
@@ -160,12 +162,40 @@ std::optional<std::string> DicomItem::raw_value(const DicomTag& tag) const {
   return raw;
 }
 
+// Of what is not ASCII. Many files state a set of one byte a letter, or none, and have UTF-8: of other texts hardly one
+// is well-formed UTF-8, but of GB18030's some are. Without a statement Latin-1 is the likeliest.
+std::string DicomItem::in_utf8(std::string text) const {
+  constexpr char kEscape = 0x1b;
+  if (std::ranges::all_of(text, [](char c) { return static_cast<signed char>(c) >= 0 && c != kEscape; }))
+    return text;
+  OFString stated;
+  for (DcmObject* object = item_; object && stated.empty(); object = object->getParent())
+    if (auto* item = dynamic_cast<DcmItem*>(object))
+      (void)item->findAndGetOFStringArray(DCM_SpecificCharacterSet, stated, OFFalse);
+  const bool is_of_bytes = stated.find("GB") == OFString_npos;
+  if (is_of_bytes && is_printable(text)) return text;
+  DcmSpecificCharacterSet from;
+  OFString converted;
+  for (const OFString& set : {stated, OFString("ISO_IR 100")})
+    if (!set.empty() && from.selectCharacterSet(set).good() &&
+        from.convertString(text.c_str(), text.size(), converted, "").good())
+      return {converted.c_str(), converted.size()};
+  return text;
+}
+
 std::string DicomItem::text(const DicomTag& tag) const {
   if (const auto unknown = raw_value(tag))
-    return std::string(without_blanks(std::string_view(*unknown).substr(0, unknown->find('\\'))));
+    return in_utf8(std::string(without_blanks(std::string_view(*unknown).substr(0, unknown->find('\\')))));
   OFString value;
   if (item_->findAndGetOFString(key_of(tag), value).bad()) return {};
-  return std::string(without_blanks({value.c_str(), value.size()}));
+  return in_utf8(std::string(without_blanks({value.c_str(), value.size()})));
+}
+
+bool DicomItem::lists(const DicomTag& tag, std::string_view word) const {
+  OFString value;
+  for (unsigned long n = 0; item_->findAndGetOFString(key_of(tag), value, n).good(); ++n)
+    if (without_blanks({value.c_str(), value.size()}) == word) return true;
+  return false;
 }
 
 std::vector<double> DicomItem::numbers(const DicomTag& tag) const {
@@ -279,33 +309,68 @@ std::string DicomFile::modality() const {
   return data().text(tag::kModality);
 }
 
-DicomFile::Pixels DicomFile::pixels() const {
+struct DicomFile::PixelElement {
+  std::size_t rows = 0, columns = 0, frames = 0, bits = 0, count = 0;
+  bool was_big_endian = false;
+  DcmElement* element = nullptr;  ///< of at least count · bits
+};
+
+/// Of one grey sample a pixel, decompressed.
+DicomFile::PixelElement DicomFile::pixel_element(std::initializer_list<std::size_t> widths,
+                                                 std::size_t most_count) const {
   const DicomItem data = this->data();
-  Pixels pixels;
+  PixelElement pixels;
   pixels.rows = data.count(tag::kRows, 1, 65535);
   pixels.columns = data.count(tag::kColumns, 1, 65535);
   pixels.frames = data.has(tag::kFrames) ? data.count(tag::kFrames, 1, 1'000'000) : 1;
   if (data.has(tag::kSamples) && data.number(tag::kSamples) != 1)
     data.refuse(tag::kSamples, "must be 1, a grey image; export it without colour");
-  const std::size_t bits = data.count(tag::kBitsAllocated, 8, 32);
-  if (bits != 8 && bits != 16 && bits != 32)
-    data.refuse(tag::kBitsAllocated, "must be 8, 16 or 32; export it again");
-  const std::size_t count = pixels.rows * pixels.columns * pixels.frames;
-  if (count > kMostVoxels)
+  pixels.bits = data.count(tag::kBitsAllocated, 1, 32);
+  if (std::ranges::find(widths, pixels.bits) == widths.end()) {
+    std::string all;
+    for (const std::size_t width : widths)
+      all += (all.empty() ? "" : width == *(widths.end() - 1) ? " or " : ", ") + std::to_string(width);
+    data.refuse(tag::kBitsAllocated, "must be " + all + "; export it again");
+  }
+  pixels.count = pixels.rows * pixels.columns * pixels.frames;
+  const std::size_t bytes = (pixels.count * pixels.bits + 7) / 8;
+  if (pixels.count > most_count)
     data.refuse(tag::kRows, "rows × columns × frames are over 2^29 voxels; crop the grid");
   DcmDataset& set = *file_->getDataset();
   // DCMTK takes memory for all pixels before it decompresses the first.
-  if (count * bits / 8 / kMostCompression > file_bytes_)
+  if (bytes / kMostCompression > file_bytes_)
     data.refuse(tag::kPixelData, "cannot hold rows × columns × frames in so short a file; export it again");
-  const bool was_big_endian = DcmXfer(set.getOriginalXfer()).getByteOrder() == EBO_BigEndian;
+  pixels.was_big_endian = DcmXfer(set.getOriginalXfer()).getByteOrder() == EBO_BigEndian;
   if (set.chooseRepresentation(EXS_LittleEndianExplicit, nullptr).bad())
     data.refuse(tag::kPixelData, "is compressed in a way that is not read here; export it uncompressed");
-  DcmElement* element = nullptr;
-  if (set.findAndGetElement(DCM_PixelData, element).bad() || !element)
+  if (set.findAndGetElement(DCM_PixelData, pixels.element).bad() || !pixels.element)
     data.refuse(tag::kPixelData, "is missing; export it with its pixels");
-  if (element->getLength() < count * bits / 8)
-    data.refuse(tag::kPixelData, "has " + std::to_string(element->getLength()) + " bytes for " +
-                                     std::to_string(count * bits / 8) + "; it is cut off, export it again");
+  if (pixels.element->getLength() < bytes)
+    data.refuse(tag::kPixelData, "has " + std::to_string(pixels.element->getLength()) + " bytes for " +
+                                     std::to_string(bytes) + "; it is cut off, export it again");
+  return pixels;
+}
+
+DicomFile::PackedPixels DicomFile::packed_pixels() const {
+  const PixelElement from = pixel_element({1, 8}, 8 * kMostFileBytes);
+  PackedPixels pixels{from.rows, from.columns, from.frames, from.bits, nullptr};
+  Uint8* bytes = nullptr;
+  if (from.element->getUint8Array(bytes).bad() || !bytes)
+    data().refuse(tag::kPixelData, "cannot be read; export it again");
+  pixels.bytes = bytes;
+  return pixels;
+}
+
+DicomFile::Pixels DicomFile::pixels() const {
+  const DicomItem data = this->data();
+  const PixelElement from = pixel_element({8, 16, 32}, kMostVoxels);
+  const std::size_t bits = from.bits, count = from.count;
+  DcmElement* const element = from.element;
+  const bool was_big_endian = from.was_big_endian;
+  Pixels pixels;
+  pixels.rows = from.rows;
+  pixels.columns = from.columns;
+  pixels.frames = from.frames;
   pixels.values.resize(count);
   const StoredValue stored = stored_value(data, bits);
   if (bits == 8) {

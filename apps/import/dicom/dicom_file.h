@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <string>
@@ -26,8 +28,11 @@ class DicomItem {
   DicomItem(DcmItem* item, std::string name) : item_(item), name_(std::move(name)) {}
 
   bool has(const DicomTag& tag) const;  ///< and it is not empty
-  /// The first value without blanks around it; empty where the item has none.
+  /// The first value without blanks around it, in UTF-8 whatever the data set's character set; empty where the item has
+  /// none.
   std::string text(const DicomTag& tag) const;
+  /// Whether `word` is one of the values of a code string.
+  bool lists(const DicomTag& tag, std::string_view word) const;
   /// All values of a decimal string, integer string or number; empty where there is none. Errors: a value is no number.
   std::vector<double> numbers(const DicomTag& tag) const;
   /// As numbers, but exactly `count` values.
@@ -50,6 +55,7 @@ class DicomItem {
 
  private:
   std::optional<std::string> raw_value(const DicomTag& tag) const;
+  std::string in_utf8(std::string text) const;
 
   DcmItem* item_;
   std::string name_;
@@ -76,7 +82,22 @@ class DicomFile {
   /// rows × columns × frames; a codec that is not here.
   Pixels pixels() const;
 
+  /// The pixels of a segmentation as they are stored, decompressed: of one bit each, the least of a byte first and
+  /// frames without a gap, or of eight.
+  struct PackedPixels {
+    std::size_t rows = 0, columns = 0, frames = 0, bits = 0;
+    const std::uint8_t* bytes = nullptr;  ///< valid as long as the file
+    std::uint8_t at(std::size_t n) const {
+      return bits == 8 ? bytes[n] : static_cast<std::uint8_t>(bytes[n / 8] >> n % 8 & 1);
+    }
+  };
+  /// Errors: as pixels, with 1 or 8 bits.
+  PackedPixels packed_pixels() const;
+
  private:
+  struct PixelElement;
+  PixelElement pixel_element(std::initializer_list<std::size_t> widths, std::size_t most_count) const;
+
   std::unique_ptr<DcmFileFormat> file_;
   std::string name_;
   std::size_t file_bytes_;

@@ -6,8 +6,8 @@
 namespace brachy::tag {
 
 inline constexpr DicomTag kSopClass{0x0008, 0x0016}, kSopInstance{0x0008, 0x0018},
-    kReferencedInstance{0x0008, 0x1155}, kModality{0x0008, 0x0060}, kStudyInstance{0x0020, 0x000d},
-    kSeriesInstance{0x0020, 0x000e}, kFrameOfReference{0x0020, 0x0052};
+    kReferencedInstance{0x0008, 0x1155}, kImageType{0x0008, 0x0008}, kModality{0x0008, 0x0060},
+    kStudyInstance{0x0020, 0x000d}, kSeriesInstance{0x0020, 0x000e}, kFrameOfReference{0x0020, 0x0052};
 
 // Images and dose grids.
 inline constexpr DicomTag kImagePosition{0x0020, 0x0032}, kImageOrientation{0x0020, 0x0037},
@@ -18,6 +18,13 @@ inline constexpr DicomTag kImagePosition{0x0020, 0x0032}, kImageOrientation{0x00
     kSliceThickness{0x0018, 0x0050}, kDoseUnits{0x3004, 0x0002}, kDoseType{0x3004, 0x0004},
     kGridFrameOffsets{0x3004, 0x000c}, kDoseGridScaling{0x3004, 0x000e}, kDoseSummation{0x3004, 0x000a},
     kReferencedPlan{0x300c, 0x0002};
+
+// Images of several frames, and segmentations.
+inline constexpr DicomTag kSharedGroups{0x5200, 0x9229}, kFrameGroups{0x5200, 0x9230},
+    kPlanePositions{0x0020, 0x9113}, kPlaneOrientations{0x0020, 0x9116}, kPixelMeasures{0x0028, 0x9110},
+    kSegmentationType{0x0062, 0x0001}, kSegments{0x0062, 0x0002}, kSegmentNumber{0x0062, 0x0004},
+    kSegmentLabel{0x0062, 0x0005}, kSegmentIdentification{0x0062, 0x000a}, kReferencedSegment{0x0062, 0x000b},
+    kSegmentColour{0x0062, 0x000d}, kMostFractional{0x0062, 0x000e}, kSpacingBetweenSlices{0x0018, 0x0088};
 
 // Structure sets.
 inline constexpr DicomTag kStructureSetRois{0x3006, 0x0020}, kRoiNumber{0x3006, 0x0022},

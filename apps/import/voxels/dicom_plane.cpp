@@ -14,23 +14,27 @@ constexpr double kFarthestCornerMm = 1e6, kLargestValue = 1e30;
 }  // namespace
 
 DicomPlane dicom_plane(const DicomItem& data) {
-  const std::vector<double> o = data.numbers(tag::kImageOrientation, 6);
-  const std::vector<double> spacing = data.numbers(tag::kPixelSpacing, 2);
-  DicomPlane plane{data.point(tag::kImagePosition),
+  return dicom_plane(data, data, data);
+}
+
+DicomPlane dicom_plane(const DicomItem& position, const DicomItem& orientation, const DicomItem& measures) {
+  const std::vector<double> o = orientation.numbers(tag::kImageOrientation, 6);
+  const std::vector<double> spacing = measures.numbers(tag::kPixelSpacing, 2);
+  DicomPlane plane{position.point(tag::kImagePosition),
                    ras_of_lps({o[0], o[1], o[2]}),
                    ras_of_lps({o[3], o[4], o[5]}),
                    Vec3::Zero(),
                    spacing[1],
                    spacing[0]};
   if (!(plane.corner.cwiseAbs().maxCoeff() <= kFarthestCornerMm))
-    data.refuse(tag::kImagePosition, "lies farther than 1 km away; export it in mm");
+    position.refuse(tag::kImagePosition, "lies farther than 1 km away; export it in mm");
   if (!(std::abs(plane.along_row.norm() - 1) <= 1e-3 && std::abs(plane.along_column.norm() - 1) <= 1e-3 &&
         std::abs(plane.along_row.dot(plane.along_column)) <= 1e-3))
-    data.refuse(tag::kImageOrientation,
-                "must be two directions at right angles, of length 1; export it again");
+    orientation.refuse(tag::kImageOrientation,
+                       "must be two directions at right angles, of length 1; export it again");
   plane.normal = plane.along_row.cross(plane.along_column);
   if (!(spacing[0] > 0 && spacing[1] > 0))
-    data.refuse(tag::kPixelSpacing, "must be above 0; export it again");
+    measures.refuse(tag::kPixelSpacing, "must be above 0; export it again");
   return plane;
 }
 

@@ -16,6 +16,9 @@ struct DicomPlane {
 /// not one of a patient.
 DicomPlane dicom_plane(const DicomItem& data);
 
+/// Of a frame, whose position, orientation and spacing may be in items of their own.
+DicomPlane dicom_plane(const DicomItem& position, const DicomItem& orientation, const DicomItem& measures);
+
 /// The grid of `pixels`, whose frames follow each other by `step` (mm, RAS; `step_tag`: where it comes from). Errors:
 /// UserError where it is no step between slices.
 VoxelGrid grid_of(const DicomItem& data, const DicomPlane& plane, const DicomFile::Pixels& pixels,

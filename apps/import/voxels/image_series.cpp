@@ -37,6 +37,7 @@ bool is_of_stack(const Slice& first, const Slice& other) {
 
 /// Why the image is no slice; empty where it is one.
 std::string slice_fault(const DicomItem& data) {
+  if (data.lists(tag::kImageType, "LOCALIZER")) return tag::kImageType.text() + ": is a localizer";
   const std::string kind = data.text(tag::kPhotometric);
   if (!kind.empty() && !kind.starts_with("MONOCHROME"))
     return tag::kPhotometric.text() + ": is " + one_short_line(kind) + "; export grey images, MONOCHROME2";
@@ -51,11 +52,19 @@ std::string slice_fault(const DicomItem& data) {
 std::vector<std::vector<Slice>> stacks_of(const std::vector<const DicomFile*>& files,
                                           std::vector<std::string>& left) {
   std::vector<std::vector<Slice>> stacks;
-  std::map<std::string, std::size_t> faults;
+  struct Faulty {
+    std::string first;  ///< file
+    std::size_t count = 0;
+  };
+  std::map<std::string, Faulty> faults;
+  const auto leave = [&](const DicomFile& file, const std::string& fault) {
+    Faulty& faulty = faults[fault];
+    if (faulty.count++ == 0) faulty.first = file.data().name();
+  };
   for (const DicomFile* file : files) try {
       const DicomItem data = file->data();
       if (const std::string fault = slice_fault(data); !fault.empty()) {
-        ++faults[fault];
+        leave(*file, fault);
         continue;
       }
       const Slice slice{0, dicom_plane(data), file};
@@ -66,9 +75,11 @@ std::vector<std::vector<Slice>> stacks_of(const std::vector<const DicomFile*>& f
       else
         of->push_back(slice);
     } catch (const UserError& e) {
-      ++faults[std::string(e.what()).substr(file->data().name().size() + 2)];
+      leave(*file, std::string(e.what()).substr(file->data().name().size() + 2));
     }
-  for (const auto& [fault, count] : faults) left.push_back(std::to_string(count) + " images: " + fault);
+  for (const auto& [fault, of] : faults)
+    left.push_back(of.first + ": " + fault +
+                   (of.count > 1 ? " (and so are " + std::to_string(of.count - 1) + " more images)" : ""));
   return stacks;
 }
 
@@ -142,7 +153,11 @@ void fill_up(VoxelVolume& volume, std::size_t from, std::size_t to, const std::v
 
 VoxelVolume read_image_series(const std::vector<const DicomFile*>& files, std::vector<std::string>& left) {
   std::vector<std::vector<Slice>> stacks = stacks_of(files, left);
-  if (stacks.empty()) throw UserError(files.front()->data().name() + ": " + left.back());
+  if (stacks.empty()) {
+    const std::string fault = left.back();
+    left.pop_back();
+    throw UserError(fault);
+  }
   const auto largest = std::ranges::max_element(stacks, {}, [](const auto& s) { return s.size(); });
   if (largest->size() < files.size() && stacks.size() > 1)
     left.push_back(std::to_string(files.size() - largest->size()) +

@@ -54,11 +54,27 @@ void append_utf8(std::string& text, std::uint32_t code) {
   }
 }
 
+/// Full-width letters of Japanese and Chinese systems as ASCII; parts of Korean syllables, as a Macintosh writes them
+/// in names of files, as the syllable (Unicode, 3.12).
+void append_composed(std::vector<std::uint32_t>& codes, std::uint32_t code) {
+  constexpr std::uint32_t kSyllables = 0xac00, kVowels = 21, kEnds = 28;
+  const std::uint32_t last = codes.empty() ? 0 : codes.back();
+  if (code >= 0xff01 && code <= 0xff5e)
+    codes.push_back(code - 0xfee0);
+  else if (code >= 0x1161 && code <= 0x1175 && last >= 0x1100 && last <= 0x1112)
+    codes.back() = kSyllables + ((last - 0x1100) * kVowels + code - 0x1161) * kEnds;
+  else if (code > 0x11a7 && code <= 0x11c2 && last >= kSyllables && last <= 0xd7a3 &&
+           (last - kSyllables) % kEnds == 0)
+    codes.back() += code - 0x11a7;
+  else
+    codes.push_back(code);
+}
+
 std::vector<std::uint32_t> code_points(std::string_view text) {
   std::vector<std::uint32_t> codes;
   for (std::size_t at = 0; at < text.size();) {
     if (const auto code = next_code_point(text, at)) {
-      codes.push_back(*code);
+      append_composed(codes, *code);
       continue;
     }
     codes.clear();
@@ -84,15 +100,24 @@ bool is_sign(std::uint32_t code) {
 /// Cyrillic and Greek capitals in lower case, their accents gone.
 std::uint32_t lower_beyond_latin(std::uint32_t code) {
   if (code == 0x401 || code == 0x451) return 0x435;  // Ё as Е
+  if (code == 0x419 || code == 0x439) return 0x438;  // Й as И
+  if (code == 0x3c2) return 0x3c3;                   // ς ends words in small letters alone
   if (code >= 0x410 && code <= 0x42f) return code + 0x20;
   if (code >= 0x391 && code <= 0x3a9) return code + 0x20;
-  constexpr std::array<std::array<std::uint32_t, 2>, 7> kTonos = {{{0x3ac, 0x3b1},
-                                                                   {0x3ad, 0x3b5},
-                                                                   {0x3ae, 0x3b7},
-                                                                   {0x3af, 0x3b9},
-                                                                   {0x3cc, 0x3bf},
-                                                                   {0x3cd, 0x3c5},
-                                                                   {0x3ce, 0x3c9}}};
+  constexpr std::array<std::array<std::uint32_t, 2>, 14> kTonos = {{{0x386, 0x3b1},
+                                                                    {0x388, 0x3b5},
+                                                                    {0x389, 0x3b7},
+                                                                    {0x38a, 0x3b9},
+                                                                    {0x38c, 0x3bf},
+                                                                    {0x38e, 0x3c5},
+                                                                    {0x38f, 0x3c9},
+                                                                    {0x3ac, 0x3b1},
+                                                                    {0x3ad, 0x3b5},
+                                                                    {0x3ae, 0x3b7},
+                                                                    {0x3af, 0x3b9},
+                                                                    {0x3cc, 0x3bf},
+                                                                    {0x3cd, 0x3c5},
+                                                                    {0x3ce, 0x3c9}}};
   for (const auto& [with, bare] : kTonos)
     if (code == with) return bare;
   return code;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <numeric>
+#include <optional>
 
 #include "core/base/error.h"
 #include "core/base/number_text.h"
@@ -120,23 +122,46 @@ std::vector<double> means_of(const std::vector<double>& heights, const std::vect
   return sums;
 }
 
-/// Whether the planes lie at whole multiples of a distance, each near its own: the line through them by number, least
+/// Where planes lie at whole multiples of a distance, each near its own: the line through them by number, of least
 /// squares.
-bool are_even(const std::vector<double>& means) {
+std::optional<std::vector<double>> even_heights(const std::vector<double>& means) {
   constexpr double kOffShare = 0.15;
   const double usual = usual_gap(means);
   std::vector<double> numbers = {0};
   for (std::size_t p = 1; p < means.size(); ++p) {
     const double steps = std::round((means[p] - means[p - 1]) / usual);
-    if (steps < 1) return false;
+    if (steps < 1) return std::nullopt;
     numbers.push_back(numbers.back() + steps);
   }
-  if (means.size() < 3) return true;
+  if (means.size() < 3) return means;
   const auto n = static_cast<Eigen::Index>(means.size());
   const Eigen::Map<const Eigen::ArrayXd> at(numbers.data(), n), height(means.data(), n);
   const Eigen::ArrayXd from_middle = at - at.mean();
   const double step = (from_middle * (height - height.mean())).sum() / from_middle.square().sum();
-  return ((height - height.mean()) - step * from_middle).abs().maxCoeff() < kOffShare * step;
+  const Eigen::ArrayXd even = height.mean() + step * from_middle;
+  if (!((height - even).abs().maxCoeff() < kOffShare * step)) return std::nullopt;
+  return std::vector<double>(even.begin(), even.end());
+}
+
+bool are_even(const std::vector<double>& means) {
+  return even_heights(means).has_value();
+}
+
+/// Slices are evenly spaced: where contours scatter about such planes they are of these.
+void move_to_slices(ContourStack& stack, double image_spacing_mm) {
+  std::vector<double> heights;
+  for (const ContourPlane& plane : stack.planes) heights.push_back(plane.height_mm);
+  auto even = even_heights(heights);
+  if (!even) return;
+  // Of few planes the images tell the distance better.
+  constexpr double kAlike = 0.05;
+  const double middle = std::accumulate(even->begin(), even->end(), 0.0) / static_cast<double>(even->size());
+  if (const double step = usual_gap(*even); std::abs(step - image_spacing_mm) < kAlike * image_spacing_mm)
+    for (double& height : *even) height = middle + (height - middle) * image_spacing_mm / step;
+  for (std::size_t p = 0; p < heights.size(); ++p) {
+    stack.most_moved_mm = std::max(stack.most_moved_mm, std::abs((*even)[p] - heights[p]));
+    stack.planes[p].height_mm = (*even)[p];
+  }
 }
 
 void measure_spacing(ContourStack& stack) {
@@ -243,6 +268,7 @@ ContourStack stack_contours(std::span<const std::vector<Vec3>> contours, const s
     n = end;
   }
   if (stack.planes.empty()) throw UserError(name + ": has no contour with an area; export it again");
+  move_to_slices(stack, is_of_images ? images.spacing_mm : 0);
   measure_spacing(stack);
   if (stack.planes.size() == 1 && is_of_images) stack.spacing_mm = images.spacing_mm;
   return stack;

@@ -31,6 +31,7 @@ struct ContourStack {
   double spacing_mm = 0;  ///< the median distance between neighbouring planes; of one plane the images', or 0
   std::size_t repeated = 0;         ///< contours that occurred twice and were taken once
   double most_apart_mm = 0;         ///< of contours that were taken to be in one plane
+  double most_moved_mm = 0;         ///< of planes that were moved onto evenly spaced slices
   std::size_t missing_planes = 0;   ///< by the gaps between planes
   std::size_t crossing_planes = 0;  ///< in which two contours cross: what lies in both is outside
 
@@ -52,7 +53,7 @@ bool has_area(std::span<const std::vector<Vec3>> contours);
 /// is these; else those within a quarter of the slices' distance are one plane where the planes are then evenly spaced,
 /// and else those within 0.05 … 0.1 mm. The distance is the one at which most of the structure's length is drawn, or
 /// the images' where contours lie far closer than their slices. Contours of alike outline that lie apart are never one
-/// plane.
+/// plane. Planes that then lie within 0.15 of their distance of evenly spaced ones are moved onto these.
 ///
 /// A channel that connects a hole to the outer contour ("keyhole") falls out (simple_loops); contours that occur twice
 /// are taken once (drop_repeated).

@@ -22,7 +22,9 @@ struct GridLayer {
 };
 
 constexpr double kMostMovedMm = 0.2;
-constexpr double kEndMm = 0.02;  // half the distance of the two layers about the flat end of a slab
+constexpr float kMostMovedBetweenMm = 1;  // of a layer between two planes
+constexpr double kMostOffArea = 0.05;     // of a plane as the grid sees it
+constexpr double kEndMm = 0.02;           // half the distance of the two layers about the flat end of a slab
 
 double gap_mm(const ContourPiece& piece, std::size_t below) {
   return piece.planes[below + 1].height_mm - piece.planes[below].height_mm;
@@ -46,11 +48,24 @@ void add_end(std::vector<GridLayer>& layers, const ContourPiece& piece, double s
   if (!is_last) std::swap(layers[0], layers[1]);
 }
 
+/// Whether the piece has more area here than in the planes below and above.
+bool is_widest(const ContourPiece& piece, std::size_t plane) {
+  constexpr double kLeastGapMm = 0.2;
+  if (plane == 0 || plane + 1 >= piece.planes.size()) return false;
+  const double area = piece.planes[plane].area_mm2;
+  return area >= piece.planes[plane - 1].area_mm2 && area >= piece.planes[plane + 1].area_mm2 &&
+         std::min(gap_mm(piece, plane - 1), gap_mm(piece, plane)) > kLeastGapMm;
+}
+
 std::vector<GridLayer> layers_of(const ContourPiece& piece, double spacing_mm, double pitch_mm) {
   std::vector<GridLayer> layers;
   add_end(layers, piece, spacing_mm, false);
   for (std::size_t p = 0; p < piece.planes.size(); ++p) {
-    layers.push_back({piece.planes[p].height_mm, p, 0, false, false});
+    if (is_widest(piece, p))  // the net's vertices lie between layers: two about a crest keep it
+      for (const double beside : {-kEndMm, kEndMm})
+        layers.push_back({piece.planes[p].height_mm + beside, p, 0, false, false});
+    else
+      layers.push_back({piece.planes[p].height_mm, p, 0, false, false});
     if (p + 1 == piece.planes.size()) break;
     const double gap = gap_mm(piece, p);
     const auto steps = static_cast<std::size_t>(std::ceil(gap / pitch_mm - 1e-6));
@@ -77,24 +92,55 @@ Eigen::AlignedBox2d box_of(const ContourPiece& piece) {
   return box;
 }
 
+/// The part of a layer that is nearer than `level_mm` to the inside, in cells of the grid. Cells at the edge count by
+/// their share, as the distance grows by about a pitch from cell to cell.
+double cells_within(std::span<const float> distance, float level_mm, float pitch_mm) {
+  double sum = 0;
+  for (const float d : distance) sum += std::clamp(0.5F - (d - level_mm) / pitch_mm, 0.0F, 1.0F);
+  return sum;
+}
+
+/// The level at which a layer has this area: 0 where it has it already, at most `most_mm` from 0.
+float level_of_area(std::span<const float> distance, double cells, float pitch_mm, float most_mm) {
+  constexpr double kNear = 1e-3;
+  constexpr int kMostRounds = 12;
+  float low = -most_mm, high = most_mm, level = 0;
+  for (int round = 0; round < kMostRounds; ++round) {
+    const double missing = cells - cells_within(distance, level, pitch_mm);
+    if (std::abs(missing) <= kNear * cells) break;
+    (missing > 0 ? low : high) = level;
+    level = 0.5F * (low + high);
+  }
+  return level;
+}
+
 /// Distances of the planes, computed as the layers come to them.
 class PlaneDistances {
  public:
   PlaneDistances(const ContourPiece& piece, const SliceGrid& grid) : piece_(piece), grid_(grid) {}
 
-  const std::vector<float>& of(std::size_t plane) {
-    for (Slot& slot : slots_)
-      if (slot.plane == plane + 1) return slot.distance;
-    Slot& oldest = slots_[0].plane < slots_[1].plane ? slots_[0] : slots_[1];
-    oldest = {plane + 1, slice_distance(piece_.planes[plane].polygons, grid_)};
-    return oldest.distance;
-  }
-
- private:
   struct Slot {
     std::size_t plane = 0;  // + 1
     std::vector<float> distance;
+    double cells = 0;  ///< inside
   };
+  const Slot& of(std::size_t plane) {
+    for (Slot& slot : slots_)
+      if (slot.plane == plane + 1) return slot;
+    Slot& oldest = slots_[0].plane < slots_[1].plane ? slots_[0] : slots_[1];
+    oldest = {plane + 1, slice_distance(piece_.planes[plane].polygons, grid_), 0};
+    const auto pitch = static_cast<float>(grid_.pitch_mm);
+    oldest.cells = cells_within(oldest.distance, 0, pitch);
+    // A contour that is smaller than the grid's cells may lie between its nodes.
+    const double cells = piece_.planes[plane].area_mm2 / (grid_.pitch_mm * grid_.pitch_mm);
+    if (std::abs(oldest.cells - cells) <= kMostOffArea * cells) return oldest;
+    const float level = level_of_area(oldest.distance, cells, pitch, kMostMovedBetweenMm);
+    for (float& distance : oldest.distance) distance -= level;
+    oldest.cells = cells;
+    return oldest;
+  }
+
+ private:
   const ContourPiece& piece_;
   const SliceGrid& grid_;
   std::array<Slot, 2> slots_;
@@ -130,14 +176,18 @@ void add_surface(const ContourPiece& piece, const SliceGrid& grid, const std::ve
       {grid.size[0], grid.size[1], layers.size()},
       [&](std::size_t k, std::span<float> values) {
         const GridLayer& layer = layers[k];
-        const std::vector<float>& below = distances.of(layer.plane);
+        const PlaneDistances::Slot& below = distances.of(layer.plane);
         if (layer.share > 0) {
-          const std::vector<float>& above = distances.of(layer.plane + 1);
+          const PlaneDistances::Slot& above = distances.of(layer.plane + 1);
           const auto share = static_cast<float>(layer.share);
           for (std::size_t n = 0; n < values.size(); ++n)
-            values[n] = (1 - share) * below[n] + share * above[n];
+            values[n] = (1 - share) * below.distance[n] + share * above.distance[n];
+          const double cells = (1 - layer.share) * below.cells + layer.share * above.cells;
+          const float level =
+              level_of_area(values, cells, static_cast<float>(grid.pitch_mm), kMostMovedBetweenMm);
+          for (float& value : values) value -= level;
         } else {
-          std::ranges::copy(below, values.begin());
+          std::ranges::copy(below.distance, values.begin());
         }
         if (layer.is_outside) std::ranges::fill(values, 1.0F);
       },

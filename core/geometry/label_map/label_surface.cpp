@@ -56,7 +56,7 @@ struct NetNeighbours {
   }
 };
 
-constexpr double kMostOff = 0.25;  // voxels: beyond, the mesh is not what its voxels are
+constexpr double kMostOff = 0.25;  // voxels
 
 /// The mean place of the label's voxels, in voxels from the box's first one.
 Vec3 middle_of(const VoxelGrid& grid, std::span<const std::uint16_t> labels, std::uint16_t value,
@@ -97,7 +97,7 @@ LabelSurface label_surface(const VoxelGrid& grid, std::span<const std::uint16_t>
   if (box.voxels == 0) throw UserError("no voxel has the label " + std::to_string(value));
   std::array<std::size_t, 3> size{};
   for (std::size_t a = 0; a < 3; ++a) size[a] = box.max[a] - box.min[a] + 1;
-  NetSurface net = surface_nets(
+  const NetSurface stairs = surface_nets(
       size,
       [&](std::size_t k, std::span<float> layer) {
         for (std::size_t j = 0; j < size[1]; ++j)
@@ -106,14 +106,21 @@ LabelSurface label_surface(const VoxelGrid& grid, std::span<const std::uint16_t>
                 labels[grid.index(box.min[0] + i, box.min[1] + j, box.min[2] + k)] == value ? -0.5F : 0.5F;
       },
       0.5F, options.most_vertices);
-  smooth(net, options.smoothing_steps);
-  // In voxels, so that long ones grow along their length. Along a corner's normal a whole step is 0.58 along each axis:
-  // a voxel by itself gets its volume back.
-  move_to_volume(net.mesh, static_cast<double>(box.voxels), 1);
-  // Smoothing moves what is thin and uneven.
-  const Vec3 off = middle_of(grid, labels, value, box) - enclosed_centroid(net.mesh);
-  if (off.norm() <= kMostOff)
-    for (Vec3& v : net.mesh.vertices) v += off;
+  const Vec3 middle = middle_of(grid, labels, value, box);
+  NetSurface net;
+  Vec3 off = Vec3::Zero();
+  // Smoothing takes more from where a structure is a voxel thinner, and what gives the whole its volume back would then
+  // move its middle along it: what is thin is smoothed less.
+  for (int steps = options.smoothing_steps;; steps /= 2) {
+    net = stairs;
+    smooth(net, steps);
+    // In voxels, so that long ones grow along their length. Along a corner's normal a whole step is 0.58 along each
+    // axis: a voxel by itself gets its volume back.
+    move_to_volume(net.mesh, static_cast<double>(box.voxels), 1);
+    off = middle - enclosed_centroid(net.mesh);
+    if (off.norm() <= kMostOff || steps == 0) break;
+  }
+  for (Vec3& v : net.mesh.vertices) v += off;
   LabelSurface result{std::move(net.mesh), 1e-3 * grid.voxel_mm3() * static_cast<double>(box.voxels), 0,
                       box.voxels};
   const auto first =

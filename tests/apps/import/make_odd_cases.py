@@ -229,7 +229,7 @@ def main():
                charset="ISO_IR 100", cc={"prostate": GLAND_CC, "Vesicule": slab_cc(HEIGHTS, area(5, 5))})
     structures("utf_8", gland(name="\u524d\u7acb\u817a prostate"),
                (2, "\u8180\u80f1", [contour(ring(5, 5, z, (40, 0))) for z in HEIGHTS]),
-               charset="ISO_IR 192", cc={"prostate": GLAND_CC, "roi_2": slab_cc(HEIGHTS, area(5, 5))})
+               charset="ISO_IR 192", cc={"prostate": GLAND_CC, "bladder": slab_cc(HEIGHTS, area(5, 5))})
     uneven = np.array([0, 1, 2, 3, 4, 5, 6, 7, 12, 17, 22, 27, 32.0])
     structures("uneven_planes", gland(uneven), cc={"prostate": slab_cc(uneven, area(20, 15))})
     # Over 64 kB of numbers: written as UN.

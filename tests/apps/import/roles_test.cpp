@@ -1,4 +1,4 @@
-// Roles, the choice of the gland, and images beside label maps, the programs from outside. anatomy_cases.py has the
+// Roles, the choice of the gland, and images beside label maps, the programs from outside. import_cases.py has the
 // kinds of cases in number.
 #include <gtest/gtest.h>
 
