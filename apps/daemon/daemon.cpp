@@ -39,7 +39,6 @@
 #include "apps/daemon/telemetry/telemetry.h"
 #include "apps/daemon/telemetry/tick_events.h"
 #include "core/base/error.h"
-#include "core/base/escaped.h"
 #include "core/realtime/capabilities.h"
 #include "core/realtime/hand_over.h"
 #include "core/realtime/realtime_thread.h"
@@ -329,7 +328,7 @@ class Daemon::Impl {
   /// Makes the parts of the io thread, each after those that it uses. Each registers for what it has to do: requests of
   /// clients, snapshots, pages, and the end.
   void wire() {
-    at_end_.push_back([this] { server_.stop(); });
+    at_end_.push_back([this] { next_ ? server_.stop(goes_on_with_ + ": connect again") : server_.stop(); });
     add_forces();
     add_controls();
     add_plan();
@@ -545,18 +544,16 @@ class Daemon::Impl {
     return {};
   }
 
-  /// Ends this run for an attempt at an exercise, once the clients have been told.
+  /// Ends this run for an attempt at an exercise, once its operator has been answered.
   std::string go_on_with(const net::ExerciseMessage& message, const std::string& client) {
-    if (escaped(message.trainee) != message.trainee) return "a trainee's name is letters on one line";
     try {
       next_ = exercises_->attempt(message.file, message.trainee);
     } catch (const UserError& e) {
       return e.what();
     }
-    const std::string who = message.trainee.empty() ? "" : " for " + message.trainee;
-    const std::string what = "exercise " + message.file + " begins" + who + ", asked for by " + client;
-    log_(what);
-    server_.broadcast({net::EventKind::kReset, 0, 0, what + ": connect again"});
+    goes_on_with_ = "exercise " + message.file + " begins";
+    if (!message.trainee.empty()) goes_on_with_ += " for " + message.trainee;
+    log_(goes_on_with_ + ", asked for by " + client);
     loop_.post([this] { end(); });
     return {};
   }
@@ -707,6 +704,7 @@ class Daemon::Impl {
                         }};
   bool is_ending_ = false;
   std::optional<Attempt> next_;               // why it is ending; none: for good
+  std::string goes_on_with_;                  // what clients are told then
   const std::unique_ptr<Worker> handshakes_;  // computes what server_ gives it; null: no TLS
   net::Server server_;
   // Made by wire(), as are all below.

@@ -150,11 +150,11 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
     return dropped;
   }
 
-  void stop() {
+  void stop(const std::string& why) {
     if (is_stopped_) return;
     is_stopped_ = true;
     acceptor_->stop();
-    for (const auto& session : sessions()) session->fail(ErrorCode::kShutdown, "the server stops");
+    for (const auto& session : sessions()) session->fail(ErrorCode::kShutdown, why);
     if (sessions_.empty()) timer_->cancel();
   }
 
@@ -591,8 +591,8 @@ Server::RoleCounts Server::role_counts() const {
 StateMessage Server::state() const {
   return impl_->state();
 }
-void Server::stop() {
-  impl_->stop();
+void Server::stop(const std::string& why) {
+  impl_->stop(why);
 }
 
 }  // namespace brachy::net

@@ -136,7 +136,7 @@ class Server {
 
   /// Stops listening, notifies every client, and sends what is pending for at most drain_timeout; after that `io` has
   /// nothing left to do for this server.
-  void stop();
+  void stop(const std::string& why = "the server stops");
 
  private:
   class Impl;
