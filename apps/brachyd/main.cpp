@@ -9,6 +9,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 
@@ -88,9 +89,34 @@ class SignalsHeld {
   sigset_t before_;
 };
 
+/// Who may connect, how, and with what scheduling: in all runs as the scene says that was named at the start. A scene
+/// of an exercise has no tokens, and without them everybody could connect.
+class KeptSettings {
+ public:
+  explicit KeptSettings(const Scene& scene)
+      : server_(scene.server), broker_(scene.broker), realtime_(scene.realtime) {
+    for (std::string* file : {&server_.token_file, &server_.device_token_file, &server_.viewer_token_file,
+                              &server_.tls_certificate, &server_.tls_key, &server_.tls_client_ca,
+                              &broker_.tls_ca, &broker_.tls_certificate, &broker_.tls_key})
+      if (!file->empty()) *file = std::filesystem::absolute(scene.resolve(*file)).string();
+  }
+  Scene in(Scene scene) const {
+    scene.server = server_;
+    scene.broker = broker_;
+    scene.realtime = realtime_;
+    return scene;
+  }
+
+ private:
+  ServerSettings server_;
+  BrokerSettings broker_;
+  RealtimeSettings realtime_;
+};
+
 /// The daemon of the next attempt, on the ports of the one that ended; where that cannot be, of the scene before,
 /// without recording.
-std::unique_ptr<Daemon> go_on(std::unique_ptr<Daemon> ended, const Attempt& next, DaemonOptions& options) {
+std::unique_ptr<Daemon> go_on(std::unique_ptr<Daemon> ended, const Attempt& next, const KeptSettings& kept,
+                              DaemonOptions& options) {
   const SignalsHeld held;
   options.port = ended->port();
   if (const auto port = ended->http_port()) options.http_port = *port;
@@ -102,14 +128,14 @@ std::unique_ptr<Daemon> go_on(std::unique_ptr<Daemon> ended, const Attempt& next
   attempt.trainee = next.trainee;
   attempt.trajectory.reset();
   try {
-    auto daemon = std::make_unique<Daemon>(read_scene(attempt), attempt);
+    auto daemon = std::make_unique<Daemon>(kept.in(read_scene(attempt)), attempt);
     options = attempt;
     return daemon;
   } catch (const UserError& e) {
     spdlog::error("the attempt cannot begin: {}; the scene before goes on, unrecorded", e.what());
   }
   options.session.reset();
-  return std::make_unique<Daemon>(read_scene(options), options);
+  return std::make_unique<Daemon>(kept.in(read_scene(options)), options);
 }
 
 int run(DaemonOptions options) {
@@ -134,6 +160,7 @@ int run(DaemonOptions options) {
       options.session = next_attempt(*options.sessions, *exercise, options.trainee).session;
   auto daemon = std::make_unique<Daemon>(scene, options);
   announce(*daemon, options, scene.server.has_tls());
+  const KeptSettings kept(scene);
   for (;;) {
     const DaemonSummary summary = daemon->run();
     std::cerr << to_text(summary);
@@ -144,7 +171,7 @@ int run(DaemonOptions options) {
       return kExitOk;
     }
     if (options.duration_s) *options.duration_s = std::max(*options.duration_s - summary.elapsed_s, 1e-3);
-    daemon = go_on(std::move(daemon), *summary.next, options);
+    daemon = go_on(std::move(daemon), *summary.next, kept, options);
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include "apps/session/session_manifest.h"
 #include "core/base/error.h"
+#include "net/access/token_file.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"
 
@@ -108,6 +109,42 @@ TEST_F(BrachydExercise, AnAttemptThatCannotBeRecordedLeavesTheSceneRunning) {
   begin(brachyd, "01_one_needle.toml", "");
   ASSERT_TRUE(comes_back(brachyd));
   EXPECT_TRUE(fs::exists(fs::path(sessions) / "0008_01_one_needle/session.json")) << "a number of its own";
+}
+
+// The exercise's scene says nothing of tokens: those of the scene that was named hold on, wherever their file lies.
+TEST_F(BrachydExercise, TokensAreAskedForInEveryRun) {
+  const std::string token = (folder / "secret").string();
+  ASSERT_TRUE(exited(run_brachy({"token", token}), 0));
+  fs::create_directory_symlink(fs::path(BRACHY_SOURCE_DIR) / "config/exercises", folder / "exercises");
+  RunningBrachyd brachyd(folder.write("scene.toml", small_scene("token_file = \"secret\"\n")),
+                         {"--sessions", sessions});
+  net::ClientOptions trusted;
+  trusted.role = net::Role::kOperator;
+  trusted.token = net::load_token(token);
+  const auto is_refused = [&] {
+    Peer stranger(net::Role::kOperator);
+    stranger.connect(brachyd.port);
+    return stranger.until([&] { return !stranger.errors.empty() || stranger.welcomed; }) &&
+           !stranger.welcomed && stranger.errors.front().code == net::ErrorCode::kUnauthorised;
+  };
+  EXPECT_TRUE(is_refused());
+  {
+    Peer boss(trusted);
+    ASSERT_TRUE(boss.join(brachyd.port));
+    boss.client.send(net::ExerciseMessage{"01_one_needle.toml", ""});
+    ASSERT_TRUE(boss.until([&] { return !boss.closed.empty(); }));
+  }
+  ASSERT_TRUE(wait_until(
+      [&] {
+        try {
+          return Peer(trusted).join(brachyd.port);
+        } catch (const UserError&) {  // nothing listens
+          return false;
+        }
+      },
+      [] { std::this_thread::yield(); }));
+  EXPECT_TRUE(fs::exists(fs::path(sessions) / "0001_01_one_needle/session.json"));
+  EXPECT_TRUE(is_refused());
 }
 
 }  // namespace
