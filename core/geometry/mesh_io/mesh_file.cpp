@@ -207,7 +207,10 @@ SurfaceMesh read_mesh_file(const std::filesystem::path& path, const MeshFileOpti
       check_obj_bytes(bytes, name);
       keep_surface_lines(bytes);
     }
-    if (format == MeshFormat::kPly) check_ply_bytes(bytes, name);
+    if (format == MeshFormat::kPly) {
+      check_ply_bytes(bytes, name);
+      keep_first_byte(bytes);
+    }
     SurfaceMesh surface = parse(bytes, format, stated, name);
     if (surface.triangles.empty()) throw UserError(name + ": has no triangles; export a surface mesh");
     return surface;

@@ -19,6 +19,10 @@ void check_stl_bytes(std::string_view bytes, const std::string& name);
 /// The header, and that the data holds every entry of every element and list.
 void check_ply_bytes(std::string_view bytes, const std::string& name);
 
+/// Puts a line's end before the data of a binary PLY that begins with that byte: assimp takes one there for the
+/// header's and skips it. `bytes` have been checked.
+void keep_first_byte(std::string& ply);
+
 /// An OBJ file declares no sizes: checks only that it is text.
 void check_obj_bytes(std::string_view bytes, const std::string& name);
 

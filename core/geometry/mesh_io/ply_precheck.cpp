@@ -175,4 +175,10 @@ void check_ply_bytes(std::string_view bytes, const std::string& name) {
   }
 }
 
+void keep_first_byte(std::string& ply) {
+  std::string_view data = ply;
+  const PlyHeader header = read_ply_header(data, "PLY");
+  if (!header.ascii && data.starts_with('\n')) ply.insert(ply.size() - data.size(), 1, '\n');
+}
+
 }  // namespace brachy

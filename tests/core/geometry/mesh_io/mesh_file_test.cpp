@@ -198,5 +198,36 @@ TEST(MeshFile, AFileThatStatesItsFrameIsInThat) {
     }
 }
 
+// assimp takes a line's end at the start of the data for the header's.
+TEST(MeshFile, ABinaryPlyMayBeginWithAnyByte) {
+  const SurfaceMesh box = make_box({-10, -20, -30}, {10, 20, 30});
+  for (int first = 0; first < 256; ++first) {
+    for (const bool has_doubles : {false, true}) {
+      std::string data;
+      const auto append = [&](const auto& value) {
+        data.append(reinterpret_cast<const char*>(&value), sizeof value);
+      };
+      for (const Vec3& v : box.vertices)
+        for (int k = 0; k < 3; ++k) has_doubles ? append(v[k]) : append(static_cast<float>(v[k]));
+      data[0] = static_cast<char>(first);  // the last bits of the first coordinate
+      for (const Triangle& t : box.triangles) {
+        append(std::uint8_t{3});
+        for (const std::uint32_t corner : t) append(corner);
+      }
+      const std::string type = has_doubles ? "double" : "float";
+      const TempFile file("first.ply",
+                          "ply\nformat binary_little_endian 1.0\nelement vertex 8\nproperty " + type +
+                              " x\nproperty " + type + " y\nproperty " + type +
+                              " z\nelement face 12\nproperty list uchar uint vertex_indices\nend_header\n" +
+                              data);
+      const SurfaceMesh read = read_mesh_file(file.path());
+      ASSERT_EQ(read.triangles, box.triangles) << first;
+      ASSERT_EQ(read.vertices.size(), box.vertices.size()) << first;
+      for (std::size_t v = 0; v < 8; ++v)
+        EXPECT_LT((read.vertices[v] - box.vertices[v]).norm(), 3e-4) << first;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace brachy
