@@ -110,14 +110,17 @@ PlanRequest request_of(const PlanOptions& options, const Scene& scene) {
   request.margins = options.margins;
   check_holes(options.forbidden, "--forbid", scene.template_grid);
   check_holes(options.locked, "--lock", scene.template_grid);
+  for (const std::string& hole : options.locked)
+    if (std::ranges::find(options.forbidden, hole) != options.forbidden.end())
+      throw UsageError("--lock and --forbid both name " + hole + ": leave it out of one");
   request.how.forbidden_holes = options.forbidden;
   if (!options.locked.empty()) {
-    request.how.kept = needles_in(written_plan(options, scene), options.locked);
-    request.settings.source = request.how.kept->source;
-    request.settings.prescription_gy = request.how.kept->prescription_gy;
-    if (!request.strength_u) request.strength_u = request.how.kept->air_kerma_strength_u;
-    if (*request.strength_u != request.how.kept->air_kerma_strength_u)
-      throw UsageError("--lock keeps needles of " + text_of(request.how.kept->air_kerma_strength_u) +
+    const Plan& kept = request.how.kept = needles_in(written_plan(options, scene), options.locked);
+    request.settings.source = kept.source;
+    request.settings.prescription_gy = kept.prescription_gy;
+    if (!request.strength_u) request.strength_u = kept.air_kerma_strength_u;
+    if (*request.strength_u != kept.air_kerma_strength_u)
+      throw UsageError("--lock keeps needles of " + text_of(kept.air_kerma_strength_u) +
                        " U a seed: leave out --strength-u");
   }
   if (options.robust) {
@@ -179,6 +182,13 @@ double customary_u(const Plan& plan, const Structure& gland) {
   return customary_strength_u(plan.source, plan.prescription_gy, (surface.max() - surface.min()).sum() / 30);
 }
 
+/// Whether there is an option that only plans of seeds have.
+bool asks_for_seeds(const PlanOptions& options) {
+  return !options.locked.empty() || !options.forbidden.empty() || options.fewest_needles ||
+         options.max_seeds_per_needle || !options.strengths_u.empty() || options.margins.mm > 0 ||
+         options.margins.posterior_mm > 0;
+}
+
 int run_plan(const PlanOptions& options) {
   if (options.placed && !options.generate)
     throw UsageError("--placed plans what is left; give --generate too");
@@ -195,11 +205,16 @@ int run_plan(const PlanOptions& options) {
                 : options.config ? load_scene(*options.config)
                                  : Scene();
   if (options.hdr && !scene.implant.is_hdr()) make_hdr(scene);
-  if (scene.implant.is_hdr() || (options.plan && is_hdr_plan_file(*options.plan)))
+  if (scene.implant.is_hdr() || (options.plan && is_hdr_plan_file(*options.plan))) {
+    if (asks_for_seeds(options))
+      throw UsageError(
+          "this is a plan of catheters: --lock, --forbid, --fewest-needles, --max-seeds-per-needle, "
+          "--strengths and margins are of plans of seeds");
     return run_hdr_plan(
         {options.plan, options.generate, options.robust, options.out, options.seeds, options.structures,
          options.trajectory, options.speed_mm_s, options.json, options.force},
         scene);
+  }
   const std::vector<Structure> structures = load_structures(scene);
   if (!options.strengths_u.empty())
     return compare_strengths(options.strengths_u, request_of(options, scene), structures, scene,
@@ -280,10 +295,11 @@ void declare(OptionList& list, PlanOptions& options) {
                             .range(0.0, 10.0)
                             .show_default()
                             .needs(generate);
-  list.add("--posterior-margin-mm", options.margins.posterior_mm, "the margin towards the rectum")
-      .range(0.0, 10.0)
-      .show_default()
-      .needs(generate);
+  const Option posterior =
+      list.add("--posterior-margin-mm", options.margins.posterior_mm, "the margin towards the rectum")
+          .range(0.0, 10.0)
+          .show_default()
+          .needs(generate);
   const Option strengths =
       list.add("--strengths", options.strengths_u, "a plan of each strength, U, in one table: 0.4,0.5,0.6")
           .comma_separated()
@@ -297,18 +313,21 @@ void declare(OptionList& list, PlanOptions& options) {
                                  "plan the needles that "
                                  "are left")
                             .needs(generate);
-  for (const Option& other : {max_per_needle, fewest, forbid, lock, margin, strengths})
+  for (const Option& other : {max_per_needle, fewest, forbid, lock, margin, posterior, strengths})
     placed.excludes(other);
   list.add_flag("--hdr", options.hdr, "of catheters for an afterloader, as with implant.kind = \"hdr\"");
   list.add("--config", options.config, "scene file (TOML); default: the built-in phantom");
   list.add_output("--out", options.out, "plan to write, .toml or .csv").excludes(strengths);
   list.add_output("--csv", options.csv, "plan to write as CSV").excludes(strengths);
   list.add_output("--seeds", options.seeds,
-                  "CSV to write, for `brachy dose`: x,y,z,ax,ay,az,source,strength_u");
+                  "CSV to write, for `brachy dose`: x,y,z,ax,ay,az,source,strength_u")
+      .excludes(strengths);
   list.add_output_folder("--structures", options.structures,
-                         "directory to write the structures to (.vtp, .pvd)");
+                         "directory to write the structures to (.vtp, .pvd)")
+      .excludes(strengths);
   const Option trajectory =
-      list.add_output("--trajectory", options.trajectory, "CSV to write: a session by the plan");
+      list.add_output("--trajectory", options.trajectory, "CSV to write: a session by the plan")
+          .excludes(strengths);
   list.add("--speed-mm-s", options.speed_mm_s, "of the session's tip")
       .range(0.1, 1000.0)
       .show_default()

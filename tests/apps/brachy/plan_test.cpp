@@ -194,5 +194,32 @@ TEST(PlanTool, RefusesWhatIsNoPlanOfTheScene) {
   EXPECT_TRUE(exited(run_brachy({"plan", kPlan, "--speed-mm-s", "50"}), 2));
 }
 
+TEST(PlanTool, WhatIsAskedForIsNeverIgnored) {
+  const auto says = [](std::vector<std::string> line, const std::string& text) {
+    line.insert(line.begin(), {"plan", "--generate"});
+    const Ended ended = run_brachy(line);
+    return exited(ended, 2) && ended.err.find(text) != std::string::npos && ended.out.empty();
+  };
+  for (const std::vector<std::string>& of_seeds : {std::vector<std::string>{"--lock", "D4"},
+                                                   {"--forbid", "D4"},
+                                                   {"--fewest-needles"},
+                                                   {"--max-seeds-per-needle", "4"},
+                                                   {"--strengths", "0.4,0.5"},
+                                                   {"--margin-mm", "3"},
+                                                   {"--posterior-margin-mm", "1"}}) {
+    std::vector<std::string> line = of_seeds;
+    line.emplace_back("--hdr");
+    EXPECT_TRUE(says(line, "this is a plan of catheters")) << of_seeds.front();
+  }
+  EXPECT_TRUE(says({"--lock", "D4", "--forbid", "G5,D4"}, "both name D4"));
+  EXPECT_TRUE(says({"--method", "rule", "--forbid", "D4"}, "--method annealing"));
+  EXPECT_TRUE(says({"--forbid", "Z9"}, "--forbid Z9: the template has A1"));
+  const TempFolder folder;
+  const std::string seeds =
+      folder.write("placed.csv", "x,y,z,ax,ay,az,source,strength_u\n0,0,0,0,0,1,6711,0.5\n");
+  EXPECT_TRUE(says({"--placed", seeds, "--posterior-margin-mm", "1"}, "excludes"));
+  EXPECT_TRUE(says({"--strengths", "0.4", "--seeds", (folder / "s.csv").string()}, "excludes"));
+}
+
 }  // namespace
 }  // namespace brachy

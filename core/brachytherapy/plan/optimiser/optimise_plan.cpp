@@ -146,8 +146,7 @@ void write_needles(Plan& plan, const PlanSearch& problem, const std::vector<Need
 void leave_out_holes(std::vector<NeedleChoice>& choices, const OptimiserSettings& how) {
   std::erase_if(choices, [&](const NeedleChoice& choice) {
     return std::ranges::find(how.forbidden_holes, choice.hole) != how.forbidden_holes.end() ||
-           (how.kept &&
-            std::ranges::find(how.kept->needles, choice.hole, &PlanNeedle::hole) != how.kept->needles.end());
+           std::ranges::find(how.kept.needles, choice.hole, &PlanNeedle::hole) != how.kept.needles.end();
   });
   if (choices.empty())
     throw UserError(
@@ -228,16 +227,13 @@ OptimisedPlan optimise_plan(const std::vector<Structure>& structures, const Temp
   plan.air_kerma_strength_u = how.strength_u;
   std::vector<NeedleChoice> choices = usable_choices(all, grid, how.clearances, settings.needle_length_mm);
   leave_out_holes(choices, how);
-  std::vector<DoseSeed> kept;
-  if (how.kept)
-    for (const PlannedSeed& seed : how.kept->seeds(grid)) kept.push_back(seed);
+  const std::vector<PlannedSeed> kept_seeds = how.kept.seeds(grid);
+  const std::vector<DoseSeed> kept(kept_seeds.begin(), kept_seeds.end());
   PlanSearch problem(all, std::move(choices), plan.source, how.strength_u, settings.prescription_gy, how,
                      kept);
   problem.most_seeds = std::min(problem.most_seeds, settings.max_seeds);
-  if (how.kept) {
-    problem.most_needles -= std::min(problem.most_needles, how.kept->needles.size());
-    problem.most_seeds -= std::min(problem.most_seeds, kept.size());
-  }
+  problem.most_needles -= std::min(problem.most_needles, how.kept.needles.size());
+  problem.most_seeds -= std::min(problem.most_seeds, kept.size());
   const double first = how.robust ? 0.4 : 1;
   Annealed found = search(problem, std::vector<NeedleLoad>(problem.choices.size()), [&](double share) {
     if (progress) progress(first * share);
@@ -247,7 +243,7 @@ OptimisedPlan optimise_plan(const std::vector<Structure>& structures, const Temp
       if (progress) progress(first + (1 - first) * share);
     });
   result.objective = found.objective;
-  write_needles(plan, problem, found.loads, grid, how.kept.value_or(Plan()));
+  write_needles(plan, problem, found.loads, grid, how.kept);
   if (plan.needles.empty())
     throw UserError("no seed of " + text_of(how.strength_u) +
                     " U improves the plan: its strength is too high for the " + "gland; use weaker seeds");

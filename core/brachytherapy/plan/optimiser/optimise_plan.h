@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,7 +24,7 @@ struct OptimiserSettings {
   std::vector<std::string> forbidden_holes;  ///< no needle is put through them
   /// Needles that stay as they are, through whatever hole and however deep, of `strength_u`; the limits above count
   /// them. Over draws of the noise they lie as planned.
-  std::optional<Plan> kept;
+  Plan kept;
   NeedleClearances clearances;
   PlanPointCounts points;
   PlanObjective objective = PlanObjective::standard();

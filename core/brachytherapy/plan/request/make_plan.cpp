@@ -177,7 +177,7 @@ Plan with_fewest_needles(const Plan& plan, const TemplateGrid& grid, const std::
     return plan;
   }
   // One that misses a goal, and one more than it that is not known to.
-  std::size_t too_few = how.kept ? how.kept->needles.size() : 0;
+  std::size_t too_few = how.kept.needles.size();
   while (too_few + 1 < fewest.needles.size()) {
     how.most_needles = (too_few + fewest.needles.size()) / 2;
     const Plan tried = optimise_plan(structures, grid, request.settings, how).plan;

@@ -198,8 +198,8 @@ TEST(OptimisePlan, KeepsLockedNeedlesAndLeavesForbiddenHolesEmpty) {
   ASSERT_GE(first.needles.size(), 8u);
   // Two stay, one of them edited to where no search would put it: half a millimetre back, against a whole one.
   how.kept = first;
-  how.kept->needles = {first.needles[1], first.needles[4]};
-  how.kept->needles[0].retraction_mm += 7.5;
+  how.kept.needles = {first.needles[1], first.needles[4]};
+  how.kept.needles[0].retraction_mm += 7.5;
   how.forbidden_holes = {first.needles[0].hole, first.needles[2].hole, first.needles[3].hole};
   how.most_needles = 12;
   how.most_seeds_a_needle = 4;
@@ -211,14 +211,14 @@ TEST(OptimisePlan, KeepsLockedNeedlesAndLeavesForbiddenHolesEmpty) {
     std::size_t kept = 0;
     for (const PlanNeedle& needle : plan.needles) {
       EXPECT_EQ(std::ranges::count(how.forbidden_holes, needle.hole), 0) << needle.hole;
-      const auto of = std::ranges::find(how.kept->needles, needle.hole, &PlanNeedle::hole);
-      if (of == how.kept->needles.end()) {
+      const auto of = std::ranges::find(how.kept.needles, needle.hole, &PlanNeedle::hole);
+      if (of == how.kept.needles.end()) {
         EXPECT_LE(std::ranges::count(needle.train, 's'), 4) << needle.hole;
         continue;
       }
       ++kept;
       EXPECT_EQ(needle.train, of->train);
-      EXPECT_EQ(plan.base_plane_mm - needle.retraction_mm, how.kept->base_plane_mm - of->retraction_mm);
+      EXPECT_EQ(plan.base_plane_mm - needle.retraction_mm, how.kept.base_plane_mm - of->retraction_mm);
     }
     EXPECT_EQ(kept, 2u);
   }
