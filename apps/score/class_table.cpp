@@ -3,21 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 namespace brachy {
 namespace {
 
 /// The figures that the table follows.
 constexpr const char* kFollowed[] = {"mean_error_mm", "v100_percent", "d90_gy"};
-
-std::string known_text(double value) {
-  return std::isfinite(value) ? fmt::format("{:.2f}", value) : "";
-}
-
-std::string yes_no(const std::optional<bool>& passed) {
-  return !passed ? "" : *passed ? "yes" : "no";
-}
 
 }  // namespace
 
@@ -63,13 +54,13 @@ std::string to_csv(const std::vector<TraineeTask>& table) {
     text += fmt::format("{},{},{},{},{},{},{},{},{}", csv_cell(t.trainee()), csv_cell(t.task()),
                         t.sessions.rows.size(), t.passed, first ? csv_cell(first->session) : "",
                         first ? first->began : "", csv_cell(t.last().session), t.last().began,
-                        yes_no(t.last().has_passed));
+                        yes_or_no(t.last().has_passed));
     const std::vector<Trend> trends = trends_of(t.sessions, {});
     for (const char* name : kFollowed) {
       const auto trend = std::ranges::find(trends, name, &Trend::name);
-      text += trend == trends.end()
-                  ? ",,"
-                  : fmt::format(",{},{}", known_text(trend->last), known_text(trend->per_session));
+      text += trend == trends.end() ? ",,"
+                                    : fmt::format(",{},{}", figure_or(trend->last, 2, ""),
+                                                  figure_or(trend->per_session, 2, ""));
     }
     text += "," + csv_cell(t.last().first_findings.empty() ? "" : t.last().first_findings.front()) + "\n";
   }

@@ -175,10 +175,6 @@ void add_task(const SessionFolder& folder, HistoryRow& row) {
                                             : std::filesystem::path(manifest->scene.file).filename().string();
 }
 
-std::string figure_or(double value, int digits, const char* unknown) {
-  return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : unknown;
-}
-
 /// Adds the session's row, or a remark why there is none.
 void add_session(const std::filesystem::path& session, const std::string& trainee, History& history) {
   try {
@@ -277,6 +273,14 @@ std::string passed_text(const HistoryRow& row) {
 
 }  // namespace
 
+std::string figure_or(double value, int digits, const char* unknown) {
+  return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : unknown;
+}
+
+std::string yes_or_no(const std::optional<bool>& value) {
+  return !value ? "" : *value ? "yes" : "no";
+}
+
 std::string csv_cell(const std::string& text) {
   if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
   std::string quoted;
@@ -372,8 +376,8 @@ std::string to_csv(const History& history) {
   for (const HistoryRow& row : history.rows) {
     text += csv_cell(row.session);
     for (const Column& column : kColumns) text += "," + figure_or(row.*column.value, column.digits + 2, "");
-    text += fmt::format(",{},{},{},{}\n", csv_cell(row.task), row.began,
-                        row.has_passed ? *row.has_passed ? "yes" : "no" : "", csv_cell(row.trainee));
+    text += fmt::format(",{},{},{},{}\n", csv_cell(row.task), row.began, yes_or_no(row.has_passed),
+                        csv_cell(row.trainee));
   }
   return text;
 }

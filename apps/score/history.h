@@ -76,7 +76,10 @@ std::vector<Trend> trends_of(const History& trainee, const Peers& peers);
 std::string to_text(const History& trainee, const Peers& peers);
 /// A header and a row for each session; an unknown figure is empty.
 std::string to_csv(const History& history);
-/// A cell of a CSV: with a comma, a quote or a line's end it is quoted, as RFC 4180 has it.
+/// Cells of its kind: a figure with `digits` places, `unknown` where it is not finite; "yes", "no" or, not known, "".
+std::string figure_or(double value, int digits, const char* unknown);
+std::string yes_or_no(const std::optional<bool>& value);
+/// A text: with a comma, a quote or a line's end it is quoted, as RFC 4180 has it.
 std::string csv_cell(const std::string& text);
 
 }  // namespace brachy

@@ -135,7 +135,7 @@ class Server {
   StateMessage state() const;
 
   /// Stops listening, notifies every client, and sends what is pending for at most drain_timeout; after that `io` has
-  /// nothing left to do for this server.
+  /// nothing left to do for this server. `why`: the text of the clients' SHUTDOWN.
   void stop(const std::string& why = "the server stops");
 
  private:

@@ -285,13 +285,14 @@ int run(const ScoreOptions& options) {
 }
 
 void declare(OptionList& list, ScoreOptions& options) {
-  list.add("recording", options.recording, "directory of a session or of `brachy record`");
+  const Option recording =
+      list.add("recording", options.recording, "directory of a session or of `brachy record`");
   list.add("--plan", options.plan, "TOML or CSV; default: the session's own, else the scene's");
   list.add(
       "--config", options.config,
       "the session's scene; default: its own, and of a recording that does not know it the built-in phantom");
-  list.add_output("--out", options.out,
-                  "page to write, the JSON beside it; default: report.html in the recording");
+  const Option out = list.add_output(
+      "--out", options.out, "page to write, the JSON beside it; default: report.html in the recording");
   list.add(
       "--exercise", options.exercise,
       "config/exercises/….toml: whether the session passes, and why not; its scene is the default --config");
@@ -306,9 +307,11 @@ void declare(OptionList& list, ScoreOptions& options) {
       list.add("--class", options.of_class,
                "instead of a recording: trainees by exercises, of the sessions in this directory and in the "
                "trainees' directories in it; --out writes its page")
-          .excludes(history);
+          .excludes(history)
+          .excludes(recording);
   list.add("--trainee", options.trainee, "the page has the sheet of this one alone: a record of completion")
-      .needs(of_class);
+      .needs(of_class)
+      .needs(out);
   list.add_output("--csv", options.csv,
                   "with --history a row for each session, with --class one for each trainee and exercise");
   list.add_flag("--what-if", options.what_if,

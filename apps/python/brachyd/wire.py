@@ -64,10 +64,6 @@ class Hello:
 DECODERS: Dict[int, Callable[[Reader], Message]] = {message.TYPE: message.read for message in get_args(Message)}
 
 
-ONLY_CLIENTS_SEND = {MessageType.HELLO, MessageType.POSE, MessageType.ARM, MessageType.DROP, MessageType.CONTROL,
-                     MessageType.LOAD, MessageType.EXERCISE}
-
-
 def check_numbers(message: Message) -> None:
     """Throws ProtocolError where a number of FORCE or LOCAL_MODEL is not finite; of the latter's bounds: is NaN."""
     if isinstance(message, Force):
@@ -89,10 +85,10 @@ def check_numbers(message: Message) -> None:
 def decode(kind: int, body: Union[bytes, memoryview]) -> Optional[Message]:
     """A message of a server; None: its type is of a later version. Throws ProtocolError for a body that is damaged in
     whatever way, and for a message that only a client may send."""
-    if kind in ONLY_CLIENTS_SEND:
-        raise ProtocolError(f"only a client sends a {MessageType(kind).name}")
     read = DECODERS.get(kind)
     if read is None:
+        if kind in wire_generated.MESSAGES:
+            raise ProtocolError(f"only a client sends a {MessageType(kind).name}")
         return None
     reader = Reader(body)
     try:

@@ -35,10 +35,10 @@ struct BrachydExercise : ::testing::Test {
                                             (trainee.empty() ? "" : " for " + trainee) + ": connect again");
   }
   /// Whether somebody can join, also where the next run does not listen yet.
-  static bool comes_back(RunningBrachyd& brachyd) {
+  static bool comes_back(RunningBrachyd& brachyd, const net::ClientOptions& as = {}) {
     const auto joins = [&] {
       try {
-        return Peer().join(brachyd.port);
+        return Peer(as).join(brachyd.port);
       } catch (const UserError&) {  // nothing listens
         return false;
       }
@@ -134,15 +134,7 @@ TEST_F(BrachydExercise, TokensAreAskedForInEveryRun) {
     boss.client.send(net::ExerciseMessage{"01_one_needle.toml", ""});
     ASSERT_TRUE(boss.until([&] { return !boss.closed.empty(); }));
   }
-  ASSERT_TRUE(wait_until(
-      [&] {
-        try {
-          return Peer(trusted).join(brachyd.port);
-        } catch (const UserError&) {  // nothing listens
-          return false;
-        }
-      },
-      [] { std::this_thread::yield(); }));
+  ASSERT_TRUE(comes_back(brachyd, trusted));
   EXPECT_TRUE(fs::exists(fs::path(sessions) / "0001_01_one_needle/session.json"));
   EXPECT_TRUE(is_refused());
 }

@@ -107,6 +107,9 @@ TEST_F(ClassTable, TheToolWritesItsPageAndTable) {
   const std::string page = (folder / "class.html").string(), csv = (folder / "class.csv").string();
   ASSERT_TRUE(exited(run_brachy({"score", "--class", folder / "", "--out", page, "--csv", csv}), 0));
   EXPECT_NE(read_file(page).find("Record of completion: Cleo"), std::string::npos);
+  EXPECT_TRUE(exited(run_brachy({"score", "--class", folder / "", "--trainee", "anna"}), 2))
+      << "it needs --out";
+  EXPECT_TRUE(exited(run_brachy({"score", folder / "loose", "--class", folder / ""}), 2));
   EXPECT_EQ(read_file(csv).find("trainee,task,sessions,passed"), 0u);
   EXPECT_TRUE(refused_in_one_line(run_brachy({"score", "--class", folder / "", "--trainee", "Zoe", "--out",
                                               (folder / "z.html").string()}),
