@@ -118,7 +118,8 @@ double largest_allowed_step(const DaemonSummary& summary) {
   return 0.5 * (1 + static_cast<double>(summary.forces_replaced)) + 1e-9;
 }
 
-/// Since the last latch the force only decreases, by allowed steps, to 0.
+/// Since the last latch the force only decreases, by allowed steps, to 0. Where the ticks stalled as well, as on a busy
+/// machine, the force was gone before the latch, and its flags say so; ForceLinkTest asserts the fall in virtual time.
 void expect_fell_to_zero(const Hand& hand, const DaemonSummary& summary) {
   const auto& forces = hand.peer.forces;
   const auto armed = std::find_if(forces.rbegin(), forces.rend(), [](const net::ForceMessage& force) {
@@ -126,7 +127,9 @@ void expect_fell_to_zero(const Hand& hand, const DaemonSummary& summary) {
   });
   ASSERT_NE(armed, forces.rend());
   double last_n = armed->forces.force_n.norm();
-  EXPECT_GT(last_n, 1);
+  if (!(armed->flags & (net::kForceExpired | net::kForceRamping))) {
+    EXPECT_GT(last_n, 1);
+  }
   for (auto force = armed.base(); force != forces.end(); ++force) {
     const double now_n = force->forces.force_n.norm();
     ASSERT_FALSE(force->flags & net::kForceArmed);
