@@ -149,9 +149,8 @@ int run(DaemonOptions options) {
     const Daemon daemon(scene, any_port);
     if (const auto plan = load_plan(scene))
       for (const std::string& doubt : entry_doubts(*plan)) spdlog::warn("{}", doubt);
-    if (has_own_geometry(scene))
-      for (const std::string& warning : anatomy_warnings(load_structures(scene)))
-        std::cerr << escaped(options.config->string()) << ": WARNING: " << escaped(warning) << "\n";
+    for (const std::string& warning : geometry_warnings(scene, load_structures(scene)))
+      std::cerr << escaped(options.config->string()) << ": WARNING: " << escaped(warning) << "\n";
     std::cout << escaped(options.config->string()) << ": ok\n";
     return kExitOk;
   }

@@ -98,7 +98,7 @@ std::shared_ptr<SimulationRun> first_run(const LoadedScene& loaded, const Daemon
       0, false, load_simulation_model(loaded.scene, load_simulated_tissue(loaded.scene), options.set_up));
   if (loaded.ledger) run->simulator.set_plan(loaded.ledger->loading());
   if (loaded.session) {
-    run->simulator.restore_seeds(loaded.session->restored());
+    if (!loaded.session->restored().empty()) run->simulator.restore_seeds(loaded.session->restored());
     run->simulator.restore_lost(loaded.session->restored_lost());
   }
   return run;

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 
 #include "apps/score/spread.h"
+#include "core/brachytherapy/seeds/seed_file.h"
 #include "core/simulation/body_settings.h"
 
 namespace brachy {
@@ -37,18 +39,21 @@ DoseScore score_dose(const Plan& plan, const TemplateGrid& grid, const std::vect
 }
 
 DoseScore score_dose(ImplantDose& dose, const Plan& plan, const TemplateGrid& grid,
-                     const std::vector<Seed>* seeds) {
+                     const std::vector<Seed>* seeds, std::span<const Seed> at_start) {
   DoseScore score;
   score.prescription_gy = plan.prescription_gy;
   score.margin_mm = dose.settings().margin_mm;
-  score.plan = stage_of(dose, plan.seeds(grid), [](const PlannedSeed& s) -> DoseSeed { return s; });
+  const std::vector<PlannedSeed> planned = plan.seeds(grid);
+  std::vector<DoseSeed> wanted = at_rest(at_start);
+  wanted.insert(wanted.end(), planned.begin(), planned.end());
+  score.plan = stage_of(dose, wanted, std::identity());
   if (!seeds) return score;
   score.dropped = stage_of(dose, *seeds, [](const Seed& s) { return s.as_dropped(); });
-  const auto at_rest = [](const Seed& s) { return s.at_rest(); };
-  score.day_zero = stage_of(dose, *seeds, at_rest, SwellingSettings::kDayZero);
+  const std::vector<DoseSeed> resting = at_rest(*seeds);
+  score.day_zero = stage_of(dose, resting, std::identity(), SwellingSettings::kDayZero);
   std::erase_if(score.day_zero.structures,
                 [](const StructureDose& s) { return s.name != "prostate" && s.name != "urethra"; });
-  score.rest = stage_of(dose, *seeds, at_rest);
+  score.rest = stage_of(dose, resting, std::identity());
   return score;
 }
 

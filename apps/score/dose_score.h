@@ -29,9 +29,10 @@ struct DoseScore {
 };
 
 /// `dose`: with the structures, and the plan's prescription; its seeds are removed, and afterwards it has those at
-/// rest, or without `seeds` the plan's. `seeds` null: what was implanted is not known.
+/// rest, or without `seeds` the plan's. `seeds` null: what was implanted is not known. `at_start`: those of them that
+/// were there before, beside which the plan was to be.
 DoseScore score_dose(ImplantDose& dose, const Plan& plan, const TemplateGrid& grid,
-                     const std::vector<Seed>* seeds);
+                     const std::vector<Seed>* seeds, std::span<const Seed> at_start = {});
 
 /// `seeds` null: what was implanted is not known. `settings`: its prescription is the plan's instead.
 DoseScore score_dose(const Plan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,

@@ -29,7 +29,8 @@ struct RecordedForce {
 /// The files of a session, as far as they can be read. All times are the trainee's clock's where the session has one
 /// (clock.csv), else session time.
 struct Recording {
-  std::string name;                         ///< of the directory
+  std::string name;                         ///< of the directory, or of a file of seeds
+  bool is_of_seeds_alone = false;           ///< nothing else is there to be known
   std::optional<NeedleTrajectories> poses;  ///< poses.csv, of the device's needles
   std::vector<RecordedForce> forces;        ///< forces.csv; empty: none
   std::optional<std::vector<Seed>> seeds;   ///< seeds.csv, in the order of dropping
@@ -46,6 +47,10 @@ struct Recording {
 /// out, as is an incomplete last line (the writer was killed), with a remark. Throws UserError where there is no such
 /// directory, none of the files can be read, or one is no regular file (session_folder.h).
 Recording load_recording(const std::filesystem::path& folder);
+
+/// An implant of which only the seeds are known, as after an import (load_seeds_in_place); `planned`: seeds of the plan
+/// that it is scored against. Throws UserError, also where a seed is of another plan.
+Recording load_seeds_recording(const std::filesystem::path& file, std::size_t planned);
 
 /// Without the probe, which is no needle: it is in the rectum all the time.
 void leave_out(Recording& recording, std::uint32_t probe);

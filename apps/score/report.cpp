@@ -32,20 +32,30 @@ void note_plan_changes(Recording& recording, const std::vector<PlanChange>& chan
       times, recording.clock.wall_s(last.t_s), last.what, last.file));
 }
 
+/// Before its own.
+void add_remarks(const std::vector<std::string>& remarks, Score& score) {
+  score.remarks.insert(score.remarks.begin(), remarks.begin(), remarks.end());
+}
+
 }  // namespace
 
 Score score_recording(const std::filesystem::path& folder, const Plan& plan, const Scene& scene,
                       const std::vector<Structure>& structures,
                       const std::function<void(double share)>& progress) {
-  Recording recording = load_recording(folder);
-  note_plan_changes(recording, load_plan_changes(SessionFolder::open(folder)), plan.seed_count());
+  Recording recording;
+  if (std::filesystem::is_directory(folder)) {
+    recording = load_recording(folder);
+    note_plan_changes(recording, load_plan_changes(SessionFolder::open(folder)), plan.seed_count());
+  } else {
+    recording = load_seeds_recording(folder, plan.seed_count());
+  }
   if (scene.probe.on) leave_out(recording, static_cast<std::uint32_t>(scene.needle.count));
   return score_session(plan, scene.template_grid, structures, scene.dose, recording, progress,
                        scene.goals.empty() ? default_dose_goals() : scene.goals);
 }
 
 void add_session(const SessionFolder& folder, const ReportOptions& options, Score& score) {
-  score.remarks.insert(score.remarks.begin(), options.remarks.begin(), options.remarks.end());
+  add_remarks(options.remarks, score);
   const std::optional<SessionManifest> manifest = load_manifest(folder);
   std::optional<Exercise> exercise = options.exercise;
   if (manifest) {
@@ -64,7 +74,10 @@ Report make_report(const std::filesystem::path& folder, const Plan& plan, const 
                    const std::function<void(double share)>& progress, const ReportOptions& options) {
   const std::vector<Structure> structures = load_structures(scene);
   Report report{score_recording(folder, plan, scene, structures, progress), {}, {}};
-  add_session(SessionFolder::open(folder), options, report.score);
+  if (std::filesystem::is_directory(folder))
+    add_session(SessionFolder::open(folder), options, report.score);
+  else
+    add_remarks(options.remarks, report.score);
   report.html = to_html(report.score, plan, scene.template_grid, structures);
   report.json = to_json(report.score) + "\n";
   return report;

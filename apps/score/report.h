@@ -28,8 +28,9 @@ std::string to_json(const Score& score);
 /// A few lines for a terminal.
 std::string to_text(const Score& score);
 
-/// Scores the recording in `folder` against `plan`, the one at its start, in `scene`: where the plan was changed
-/// while it ran (apps/session/plan_change_log.h), seeds of later needles are in no plan, and a remark says so.
+/// Scores the recording in `folder`, or the implant of a file of seeds, against `plan`, the one at its start, in
+/// `scene`: where the plan was changed while it ran (apps/session/plan_change_log.h), seeds of later needles are in no
+/// plan, and a remark says so. A file of seeds may have an empty plan: then only its dose is known.
 /// `progress` as score_session. Throws UserError as load_recording and score_session do.
 Score score_recording(const std::filesystem::path& folder, const Plan& plan, const Scene& scene,
                       const std::vector<Structure>& structures,

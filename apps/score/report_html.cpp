@@ -82,6 +82,8 @@ std::string error_table(const SeedsScore& score) {
 
 std::string seed_section(const Score& score, const Plan& plan, const TemplateGrid& grid,
                          const SurfaceMesh& prostate) {
+  if (const std::string without = seeds_without_plan(score); !without.empty())
+    return "<h2>Seeds</h2>\n<p>" + without + "</p>\n";
   if (!score.seeds) return "<h2>Seeds</h2>\n<p>Not known.</p>\n";
   const SeedsScore& s = *score.seeds;
   const auto map = [&](int away) {

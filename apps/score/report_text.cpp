@@ -16,6 +16,8 @@ std::string error_line(const char* when, const MisplacementSpread& s) {
 }
 
 std::string seed_lines(const Score& score) {
+  if (const std::string without = seeds_without_plan(score); !without.empty())
+    return "seeds: " + without + "\n";
   if (!score.seeds) return fmt::format("seeds: {} planned, not known what fell\n", score.planned_seeds);
   const SeedsScore& s = *score.seeds;
   return fmt::format("seeds: {}\n", headline(s)) +

@@ -81,6 +81,9 @@ struct Score {
       unexplained;  ///< what no finding explains; none: the dropped seeds are not known
 };
 
+/// "51 in the body, and no plan to compare them with": of a file of seeds alone; empty where there is a plan.
+std::string seeds_without_plan(const Score& score);
+
 /// Scores a recording; the implant is judged by `goals`. `structures`: the scene's at rest, the tissue's own
 /// surface ("prostate") first
 /// (core/scene/load_structures.h). Throws UserError where the seeds are not of this plan or it does not fit the grid.

@@ -35,8 +35,8 @@ constexpr std::array kService = {"",       "ultrasound", "engine",  "work_costs"
 /// Sections that only the score depends on.
 constexpr std::array kJudgement = {"dose", "goal"};
 /// Keys that name files: their content is compared. And the rate of the display.
-constexpr std::array kNotCompared = {"tissue.mesh", "plan.file", "dose.source", "rates.snapshot_hz",
-                                     "tissue.colour"};
+constexpr std::array kNotCompared = {"tissue.mesh", "plan.file",         "implant.seeds",
+                                     "dose.source", "rates.snapshot_hz", "tissue.colour"};
 
 bool is_among(std::span<const char* const> names, std::string_view name) {
   return std::ranges::find(names, name) != names.end();
@@ -55,6 +55,7 @@ std::vector<SessionManifest::File> files_of(const Scene& scene) {
     add(fmt::format("region {}", r + 1), scene.regions[r].file);
   for (const StructureSettings& structure : scene.structures)
     add("structure " + structure.name, structure.file);
+  add("implant.seeds", scene.implant.seeds);
   if (!scene.dose.source.empty() && !find_source(scene.dose.source)) add("dose.source", scene.dose.source);
   return files;
 }

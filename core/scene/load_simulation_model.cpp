@@ -63,9 +63,9 @@ std::shared_ptr<const SimulationModel> load_simulation_model(const Scene& scene,
   load_hdr_plan(scene);  // refused at the start, where it is wrong
   NeedleTissues needle_tissues = load_needle_tissues(scene);
   DeformationModel deformation = load_deformation_model(scene, tissue);
-  return std::make_shared<const SimulationModel>(std::move(tissue), std::move(deformation),
-                                                 std::move(needle_tissues), settings, load_plan(scene),
-                                                 tested_organs(load_structures(scene)), set_up);
+  return std::make_shared<const SimulationModel>(
+      std::move(tissue), std::move(deformation), std::move(needle_tissues), settings, load_plan(scene),
+      tested_organs(load_structures(scene)), load_seeds_at_start(scene), set_up);
 }
 
 Anchors load_anchors(const Scene& scene, const Tissue& tissue) {

@@ -3,8 +3,11 @@
 #include <algorithm>
 
 #include "core/base/error.h"
+#include "core/brachytherapy/seeds/seed_file.h"
+#include "core/brachytherapy/structures/anatomy.h"
 #include "core/brachytherapy/structures/phantom_structures.h"
 #include "core/geometry/surface/surface_check.h"
+#include "core/scene/load_plan.h"
 #include "core/scene/load_tissue.h"
 #include "core/scene/scene_mesh.h"
 #include "core/scene/structure_roles.h"
@@ -33,8 +36,12 @@ SurfaceMesh load(const Scene& scene, const StructureSettings& settings) {
 
 }  // namespace
 
-bool has_own_geometry(const Scene& scene) {
-  return !scene.tissue.mesh.empty() || !scene.structures.empty();
+std::vector<std::string> geometry_warnings(const Scene& scene, const std::vector<Structure>& structures) {
+  std::vector<std::string> warnings;
+  if (!scene.tissue.mesh.empty() || !scene.structures.empty()) warnings = anatomy_warnings(structures);
+  std::string of_seeds = implant_warning(structures, places_at_rest(load_seeds_at_start(scene)));
+  if (!of_seeds.empty()) warnings.push_back(std::move(of_seeds));
+  return warnings;
 }
 
 std::vector<Structure> load_structures(const Scene& scene) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "core/brachytherapy/structures/structure.h"
@@ -15,7 +16,9 @@ namespace brachy {
 /// Errors: UserError where a mesh cannot be read or is not closed, or roles are not clear. Not real-time.
 std::vector<Structure> load_structures(const Scene& scene);
 
-/// Whether any of them comes from a file: the phantom's are as they should be.
-bool has_own_geometry(const Scene& scene);
+/// What contradicts human anatomy in the scene's `structures` and in the seeds that it has in the body at the start,
+/// one line each (anatomy_warnings, implant_warning). The phantom's structures are as they should be. Errors: UserError
+/// where implant.seeds cannot be read. Not real-time.
+std::vector<std::string> geometry_warnings(const Scene& scene, const std::vector<Structure>& structures);
 
 }  // namespace brachy

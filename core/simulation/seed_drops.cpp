@@ -9,7 +9,9 @@ namespace brachy {
 SeedDrops::SeedDrops(const SimulationModel& model)
     : model_(model),
       loading_(model.settings.seeds, model.settings.template_grid, model.plan, model.settings.needle.count),
-      implant_(static_cast<std::size_t>(model.settings.seeds.max_count)) {}
+      implant_(static_cast<std::size_t>(model.settings.seeds.max_count)) {
+  implant_.restore(model.seeds_at_start);
+}
 
 void SeedDrops::restore(std::span<const Seed> seeds) {
   implant_.restore(seeds);

@@ -25,11 +25,12 @@ class SeedDrops {
     const ShownMesh& mesh;
   };
 
-  /// `model` must outlive this.
+  /// With the seeds that are there at the start. `model` must outlive this. Throws UserError as restore.
   explicit SeedDrops(const SimulationModel& model);
 
-  /// Puts the seeds of an earlier run, in the order of their drops, into the tissue and removes them from their
-  /// needles. Throws UserError where they are more than seeds.max_count.
+  /// Puts the seeds of an earlier run, in the order of their drops, into the tissue in place of those at the start,
+  /// which are among them, and removes them from their needles. Throws UserError where they are more than
+  /// seeds.max_count.
   void restore(std::span<const Seed> seeds);
   /// The same for seeds that an earlier run lost: indices in Plan::seeds.
   void restore_lost(std::span<const std::int32_t> planned);

@@ -75,7 +75,7 @@ Anchors make_anchors(const Tissue& tissue, Anchors::Options options, bool models
 SimulationModel::SimulationModel(Tissue tissue_at_rest, DeformationModel deformation_model,
                                  NeedleTissues tissues_of_needle, const SimulationSettings& s,
                                  std::optional<Plan> seed_plan, std::vector<TestedOrgan> organs_at_risk,
-                                 const SetUp& set_up)
+                                 std::vector<Seed> seeds, const SetUp& set_up)
     : tissue(std::move(tissue_at_rest)),
       surface(surface_of(tissue)),
       deformation(std::move(deformation_model)),
@@ -83,9 +83,11 @@ SimulationModel::SimulationModel(Tissue tissue_at_rest, DeformationModel deforma
       settings(s),
       plan(std::move(seed_plan)),
       organs(std::move(organs_at_risk)),
+      seeds_at_start(std::move(seeds)),
       body_at_rest(s.body.gland, s.body.swelling, apex_of(tissue),
                    s.body.gland.moves ? held_compliance(tissue, deformation) : Vec6(Vec6::Zero())),
       anchors(make_anchors(tissue, s.anchors, models_support(deformation))) {
+  for (Seed& seed : seeds_at_start) seed.is_fixed = !surface.inside(seed.rest);
   if (const auto* matrix = std::get_if<MatrixModel>(&deformation)) {
     require_in_box(tissue, matrix->body);
     smooth_tables = make_smooth_tables(tissue, *matrix->kernel, settings.target, set_up);

@@ -12,6 +12,7 @@
 #include "core/base/work_budget.h"
 #include "core/brachytherapy/plan/plan.h"
 #include "core/brachytherapy/plan/template_grid.h"
+#include "core/brachytherapy/seeds/seed.h"
 #include "core/brachytherapy/seeds/seed_settings.h"
 #include "core/brachytherapy/structures/tested_organs.h"
 #include "core/elasticity/elastic_body.h"
@@ -85,7 +86,8 @@ struct SimulationModel {
   /// MatrixModel's box.
   SimulationModel(Tissue tissue, DeformationModel deformation, NeedleTissues needle_tissues,
                   const SimulationSettings& settings = {}, std::optional<Plan> plan = {},
-                  std::vector<TestedOrgan> organs = {}, const SetUp& set_up = {});
+                  std::vector<TestedOrgan> organs = {}, std::vector<Seed> seeds_at_start = {},
+                  const SetUp& set_up = {});
 
   std::size_t max_landmarks() const;  ///< of a tick: all needles', the probe's and the anchors
   /// Where the gland turns and swells about: its apex, the lowest point, on its axis.
@@ -106,6 +108,8 @@ struct SimulationModel {
   SimulationSettings settings;
   std::optional<Plan> plan;
   std::vector<TestedOrgan> organs;  ///< that needles are tested against
+  /// In the body at the start, in every state's seeds. Those outside the tissue are fixed: they do not move with it.
+  std::vector<Seed> seeds_at_start;
   /// Of MatrixModel's smooth part (core/models/matrix_kernel/smooth_tables.h), for settings.target; null where it has
   /// none, and for all other models.
   std::shared_ptr<const SmoothTables> smooth_tables;

@@ -191,7 +191,7 @@ typedef struct BrachydNeedle {
 typedef struct BrachydSeed {
   uint32_t id;     /**< 1, 2, … in the order of falling */
   int32_t planned; /**< number in the plan, from 0; −1: it is not in it */
-  uint32_t needle; /**< that left it */
+  uint32_t needle; /**< that left it; 65535: it was there at the start */
   int32_t fixed;   /**< 1: it fell outside the tissue and stays where it fell */
   double air_kerma_strength_u;
   double position[3], axis[3]; /**< now, mm; unit, along the needle towards its tip */

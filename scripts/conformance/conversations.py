@@ -107,7 +107,8 @@ def documented_messages(v, command):
         later_versions(v, peer, client)
         v.begin("reset",
                 "RESET ([CONTROL](#15-control)) restarts the simulation from scratch: ticks count from 1 again, "
-                "seeds are gone, and the next FRAME is FULL, with an earlier tick than the last one's.")
+                "seeds are gone but those that were there at the start (scene key `implant.seeds`), and the next "
+                "FRAME is FULL, with an earlier tick than the last one's.")
         peer.send("FRAME", *full_frame(3, REST, snapshot=20))
         client.wait("frame", is_frame(3, REST))
         v.begin("server leaves", "A client that ends its sending side has left.")

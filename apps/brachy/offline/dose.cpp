@@ -17,6 +17,7 @@
 #include "core/brachytherapy/dose/implant_dose.h"
 #include "core/brachytherapy/hdr/hdr_plan_file.h"
 #include "core/brachytherapy/plan/plan_file.h"
+#include "core/brachytherapy/seeds/seed_file.h"
 #include "core/scene/file/scene_file.h"
 #include "core/scene/load_structures.h"
 #include "core/simulation/body_settings.h"
@@ -47,7 +48,7 @@ struct DoseSources {
 };
 
 DoseSources load_sources(const DoseOptions& options, const Scene& scene) {
-  if (!options.plan) return {.seeds = load_dose_seeds(*options.seeds)};
+  if (!options.plan) return {.seeds = at_rest(load_seeds_in_place(*options.seeds))};
   const TemplateGrid& grid = scene.template_grid;
   if (is_hdr_plan_file(*options.plan)) {
     const HdrPlan plan = load_hdr_plan(*options.plan, grid, scene.needle.length_mm);
@@ -153,7 +154,9 @@ int run(const DoseOptions& options) {
 }
 
 void declare(OptionList& list, DoseOptions& options) {
-  const Option seeds = list.add("--seeds", options.seeds, "CSV x,y,z,ax,ay,az,source,strength_u");
+  const Option seeds =
+      list.add("--seeds", options.seeds,
+               "CSV x,y,z,ax,ay,az,source,strength_u, or a session's seeds.csv: where they are at rest");
   list.add("--plan", options.plan,
            "plan of seeds (.toml, .csv) or of catheters (.toml), for --config's template")
       .excludes(seeds);

@@ -52,7 +52,7 @@ Inspected inspect_scene(const std::filesystem::path& file) {
           tissue.size(),
           std::vector(anchors.positions().begin(), anchors.positions().end()),
           structure_places(structures),
-          has_own_geometry(scene) ? anatomy_warnings(structures) : std::vector<std::string>()};
+          geometry_warnings(scene, structures)};
 }
 
 Inspected inspect_mesh(const InspectOptions& options) {

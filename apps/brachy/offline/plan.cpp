@@ -1,4 +1,3 @@
-#include <fstream>
 #include <iostream>
 #include <sstream>
 
@@ -49,22 +48,19 @@ struct PlanOptions {
   bool json = false, force = false, what_if = false;
 };
 
-/// Seeds that are in place: a session's ledger, or a table for `brachy dose`, whichever the header says.
+/// Seeds that are in place.
 struct PlacedSeeds {
   std::vector<DoseSeed> seeds;
-  std::vector<std::int32_t> planned;  // their numbers in the plan, where the ledger has them
+  std::vector<std::int32_t> planned;  // their numbers in the plan; empty: of none
 };
 
-PlacedSeeds load_placed(const std::filesystem::path& file) {
-  std::string first;
-  std::ifstream in(file);
-  std::getline(in, first);
-  if (!first.starts_with(kSeedHeader.substr(0, 5))) return {load_dose_seeds(file), {}};
-  PlacedSeeds placed;
-  for (const Seed& seed : load_seeds(file)) {
-    placed.seeds.push_back(seed.at_rest());
-    placed.planned.push_back(seed.planned);
-  }
+/// Those of --placed, else those that the scene has at the start.
+PlacedSeeds load_placed(const PlanOptions& options, const Scene& scene) {
+  if (!options.placed) return {at_rest(load_seeds_at_start(scene)), {}};
+  const std::vector<Seed> seeds = load_seeds_in_place(*options.placed);
+  PlacedSeeds placed{at_rest(seeds), {}};
+  if (!std::ranges::all_of(seeds, &Seed::was_there))
+    for (const Seed& seed : seeds) placed.planned.push_back(seed.planned);
   return placed;
 }
 
@@ -157,6 +153,12 @@ MadePlan get_plan(const PlanOptions& options, const Scene& scene, const std::vec
                   const PlacedSeeds& placed) {
   if (options.placed) return replanned(options, scene, structures, placed);
   if (!options.generate) return {written_plan(options, scene), {}, structures};
+  if (!placed.seeds.empty())
+    throw UserError(
+        options.config->string() + ": has " + std::to_string(placed.seeds.size()) +
+        " seeds in the body (implant.seeds), and a new plan is for a gland without any; name the plan to go "
+        "on from, and give --placed " +
+        scene.resolve(scene.implant.seeds).string());
   Progress progress("plan");
   return make_plan(structures, scene.template_grid, request_of(options, scene),
                    [&](double share) { progress.show(share, "plans for the gland"); });
@@ -219,7 +221,7 @@ int run_plan(const PlanOptions& options) {
   if (!options.strengths_u.empty())
     return compare_strengths(options.strengths_u, request_of(options, scene), structures, scene,
                              options.json);
-  const PlacedSeeds placed = options.placed ? load_placed(*options.placed) : PlacedSeeds();
+  const PlacedSeeds placed = load_placed(options, scene);
   const MadePlan made = get_plan(options, scene, structures, placed);
   const Plan& plan = made.plan;
   const TemplateGrid& grid = scene.template_grid;

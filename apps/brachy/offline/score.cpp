@@ -23,7 +23,7 @@ namespace brachy {
 namespace {
 
 struct ScoreOptions {
-  std::optional<std::filesystem::path> recording;  ///< directory
+  std::optional<std::filesystem::path> recording;  ///< directory, or a file of seeds
   std::optional<std::filesystem::path> exercise;   ///< none: nothing is to be passed
   std::optional<std::filesystem::path> history, instructor, cohort, csv;
   std::optional<std::filesystem::path> of_class;      ///< directory
@@ -61,9 +61,17 @@ void require_exercise(const Scoring& scoring, const Exercise& exercise, const Sc
                   "; give its own exercise, or none");
 }
 
+bool is_of_seeds_alone(const ScoreOptions& options) {
+  return std::filesystem::is_regular_file(*options.recording);
+}
+
 Scoring load_scoring(const ScoreOptions& options, const std::optional<Exercise>& exercise) {
   Scoring scoring;
   const std::string session = options.recording->string();
+  if (is_of_seeds_alone(options)) {
+    scoring.scene = load_scene_for(*options.recording, options.config, options.what_if).scene;
+    return scoring;
+  }
   scoring.manifest = load_manifest(SessionFolder::open(*options.recording));
   const std::optional<std::filesystem::path> config = options.config ? options.config
                                                       : exercise     ? std::optional(exercise->scene)
@@ -122,6 +130,7 @@ AnyPlan chosen_plan(const ScoreOptions& options, Scoring& scoring, const std::op
   return *given;
 }
 
+/// Of a file of seeds alone the plan may be empty.
 Plan plan_of(const ScoreOptions& options, Scoring& scoring) {
   const Scene& scene = scoring.scene;
   std::optional<Plan> given, own;
@@ -130,6 +139,12 @@ Plan plan_of(const ScoreOptions& options, Scoring& scoring) {
     own = plan_of(*scoring.manifest, scene);
   else if (!given)
     own = load_plan(scene);
+  if (!given && !own && is_of_seeds_alone(options)) {
+    Plan none;
+    none.source = scene.seeds.source;
+    none.prescription_gy = scene.dose.prescription_gy;
+    return none;
+  }
   return chosen_plan(options, scoring, given, own,
                      given && own && is_same_plan(*given, *own, scene.template_grid));
 }
@@ -259,6 +274,12 @@ int run(const ScoreOptions& options) {
     throw UserError(recording.string() +
                     ": is a recording in one file; write it into a folder with `brachy export " +
                     recording.string() + " --out DIR` and score that");
+  if (is_of_seeds_alone(options)) {
+    if (!options.out)
+      throw UsageError(recording.string() + ": is a file of seeds: give the page a place with --out");
+    if (options.exercise)
+      throw UsageError("an exercise is a session's, and " + recording.string() + " is a file of seeds");
+  }
   check_output(json_beside(options), options.force);
   if (options.what_if && !options.out)
     throw UsageError(
@@ -269,6 +290,10 @@ int run(const ScoreOptions& options) {
     throw UsageError("an exercise is passed in its own scene: leave out --what-if");
   Scoring scoring = load_scoring(options, exercise);
   if (scoring.scene.implant.is_hdr()) {
+    if (is_of_seeds_alone(options))
+      throw UserError(
+          recording.string() +
+          ": are seeds, and the scene's implant.kind is \"hdr\"; give a scene of seeds with --config");
     const HdrPlan plan = hdr_plan_of(options, scoring);
     const FractionReport report =
         make_fraction_report(recording, plan, scoring.scene, {scoring.remarks, exercise});
@@ -286,7 +311,8 @@ int run(const ScoreOptions& options) {
 
 void declare(OptionList& list, ScoreOptions& options) {
   const Option recording =
-      list.add("recording", options.recording, "directory of a session or of `brachy record`");
+      list.add("recording", options.recording,
+               "directory of a session or of `brachy record`; or a file of seeds, as `brachy import` writes");
   list.add("--plan", options.plan, "TOML or CSV; default: the session's own, else the scene's");
   list.add(
       "--config", options.config,
@@ -329,17 +355,20 @@ Tool score_tool() {
   brachy score out/run1 --plan plan.toml
   brachy score out/run1 --plan plan.csv --config patient.toml --out run1.html --json
   brachy score out/run1 --exercise config/exercises/01_one_needle.toml
+  brachy score patient/seeds.csv --config patient/scene.toml --out implant.html
   brachy score --history out/class/anna --instructor out/instructor --cohort out/class --csv anna.csv
   brachy score --class out/class --out class.html --csv class.csv
   brachy score --class out/class --trainee Anna --out anna.html
 A session is scored in its own scene and against its own plan, which its session.json keeps; others are refused. A
 report that is there already is kept: where it would change, --out or --force says what to do.
 A recording is a directory with poses.csv, forces.csv and seeds.csv; missing or truncated files are reported,
-and the rest is scored. Per seed: error against plan, its part along the needle apart, where it was dropped
-and after relaxation. Per needle: path and time in the prostate, passes, punctures, largest force. Dose of
-plan, of seeds as dropped and after relaxation. A scene of implant.kind = "hdr": catheters.csv of the session
-against its plan, and the dose as planned, as delivered and with times optimised again (hdr_report.json beside
-the page). For training and research. Not a medical device.
+and the rest is scored. Of a file of seeds (columns as for `brachy dose`, or a session's seeds.csv) the implant
+alone is scored, against a plan where there is one, else its dose; seeds are compared with the planned ones that
+they lie at. Per seed: error against plan, its part along the needle apart, where it was dropped and after
+relaxation. Per needle: path and time in the prostate, passes, punctures, largest force. Dose of plan, of seeds
+as dropped and after relaxation. A scene of implant.kind = "hdr": catheters.csv of the session against its plan,
+and the dose as planned, as delivered and with times optimised again (hdr_report.json beside the page).
+For training and research. Not a medical device.
 Exit codes: 0 done, 1 the exercise is not passed, 2 bad input.)",
                                  declare, run);
 }

@@ -55,15 +55,16 @@ Scene scene_of(const UsOptions& options) {
   return with_choice(scene, nullptr);
 }
 
-// The plan's seeds, as if a session had left each in its place.
-std::vector<Seed> seeds_of_plan(const Scene& scene) {
+// Those at the start and the plan's, as if a session had left each in its place.
+std::vector<Seed> seeds_with_plan(const Scene& scene) {
   const std::optional<Plan> plan = load_plan(scene);
   if (!plan) throw UserError("--planned-seeds: the scene has no plan; give it plan.file");
-  std::vector<Seed> seeds;
+  std::vector<Seed> seeds = load_seeds_at_start(scene);
+  std::int32_t number = 0;
   for (const PlannedSeed& planned : plan->seeds(scene.template_grid)) {
     Seed& seed = seeds.emplace_back();
     seed.id = static_cast<std::uint32_t>(seeds.size());
-    seed.planned = static_cast<std::int32_t>(seeds.size() - 1);
+    seed.planned = number++;
     seed.rest = seed.dropped = seed.position = planned.position;
     seed.rest_axis = seed.dropped_axis = seed.axis = planned.axis;
     seed.source = planned.source;
@@ -150,9 +151,8 @@ int run(const UsOptions& given) {
   std::optional<NeedleTrajectories> trajectories;
   if (options.trajectory)
     trajectories = load_motion(*options.trajectory, ReplayedModel::kRecorded, scene.instrument_count());
-  const std::vector<Seed> planned = options.planned_seeds ? seeds_of_plan(scene) : std::vector<Seed>{};
   Simulator simulator(load_simulation_model(scene, load_tissue(scene).tissue, announced_set_up()));
-  simulator.restore_seeds(planned);
+  if (options.planned_seeds) simulator.restore_seeds(seeds_with_plan(scene));
   const auto echoes = load_echo_map(scene, load_structures(scene));
   std::vector<View> views = views_of(options, scene, simulator.tissue(), echoes);
   RecordedConsole console(options, simulator.period_s());

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
+#include <string_view>
 
 #include "apps/charts/gray_png.h"
 #include "apps/charts/svg_chart.h"
@@ -100,6 +102,33 @@ std::string text_of_picture(double x, double y, const std::string& text, const s
       more, xml_escaped(text));
 }
 
+/// As many columns as fit beside each other at 13 px; a letter of more than two bytes may be as wide as two.
+std::size_t columns_of(std::string_view text) {
+  std::size_t columns = 0;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    columns += byte >= 0xE0 ? 2 : (byte & 0xC0) == 0x80 ? 0 : 1;
+  }
+  return columns;
+}
+
+/// A paragraph from `y` on, which becomes that of its last line. Broken at blanks, where it is wider than the picture.
+std::string paragraph(double x, double& y, const std::string& text, const std::string& more) {
+  constexpr std::size_t kColumns = 140;
+  std::string body, line;
+  const auto end_line = [&] {
+    body += text_of_picture(x, y += kLinePx, line, more);
+    line.clear();
+  };
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    if (!line.empty() && columns_of(line) + 1 + columns_of(word) > kColumns) end_line();
+    line += (line.empty() ? "" : " ") + word;
+  }
+  end_line();
+  return body;
+}
+
 std::string panel(const ImportedCase& imported, const std::optional<Volume>& image, const View& view,
                   const Window& window, const std::vector<std::string>& colours, std::vector<bool>& is_cut) {
   std::string text = fmt::format("<rect width=\"{0}\" height=\"{0}\" fill=\"#000\"/>\n", kPanelPx);
@@ -156,7 +185,7 @@ std::string picture_svg(const ImportedCase& imported) {
   std::string body;
   double y = kGapPx;
   for (const std::string& warning : imported.warnings)
-    body += text_of_picture(kGapPx, y += kLinePx, "WARNING: " + warning, "fill=\"#b00000\"");
+    body += paragraph(kGapPx, y, "WARNING: " + warning, "fill=\"#b00000\"");
   y += kGapPx;
   for (std::size_t n = 0; n < kViews.size(); ++n) {
     const double x = kGapPx + static_cast<double>(n) * (kPanelPx + kGapPx);
@@ -167,12 +196,13 @@ std::string picture_svg(const ImportedCase& imported) {
   for (std::size_t n = 0; n < imported.structures.size(); ++n) {
     const ImportedStructure& s = imported.structures[n];
     body += fmt::format("<path d=\"M{:.1f},{:.1f} h24\" stroke=\"{}\" stroke-width=\"4\"/>\n", kGapPx,
-                        (y += kLinePx) - 4, colours[n]);
-    body += text_of_picture(
+                        y + kLinePx - 4, colours[n]);
+    body += paragraph(
         kGapPx + 32, y,
-        fmt::format("{}  ({}), {:.2f} cc here, {:.2f} cc in the file{}{}{}", s.name, role_word(s.role),
+        fmt::format("{} ({}), {:.2f} cc here, {:.2f} cc in the file{}{}{}", s.name, role_word(s.role),
                     s.surface_cc, s.source_cc, places[n].side.empty() ? "" : ", " + places[n].side,
-                    s.notes.empty() ? "" : "; " + s.notes.front(), is_cut[n] ? "" : " (not in these planes)"),
+                    is_cut[n] ? "" : " (not in these planes)",
+                    s.notes.empty() ? "" : fmt::format("; {}", fmt::join(s.notes, "; "))),
         "fill=\"#222\"");
   }
   if (!imported.seeds.empty())

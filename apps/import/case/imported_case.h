@@ -85,10 +85,10 @@ std::string report_text(const ImportedCase& imported);
 ImportedCase read_case(const ImportOptions& options,
                        const std::function<void(double, const std::string&)>& progress);
 
-/// Writes scene.toml, a PLY for each structure, plan.toml, seeds.csv, dose.nrrd, volume.nrrd, import.json and
-/// import.svg, and loads the scene
-/// again as brachyd would. The files appear together, or none does. The same case gives the same bytes. Errors:
-/// UserError where a file cannot be written, or one is there already, unless `force`.
+/// Writes scene.toml, a PLY for each structure, plan.toml, seeds.csv, implant.toml, dose.nrrd, volume.nrrd,
+/// import.json and import.svg, and loads the scene again as brachyd would. The files appear together, or none does.
+/// The same case gives the same bytes. Errors: UserError where a file cannot be written, or one is there already,
+/// unless `force`.
 void write_case(const ImportedCase& imported, const std::filesystem::path& folder, bool force);
 
 }  // namespace brachy

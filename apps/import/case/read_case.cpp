@@ -18,6 +18,7 @@
 #include "apps/import/voxels/rt_dose.h"
 #include "apps/import/voxels/segmentation.h"
 #include "core/base/error.h"
+#include "core/brachytherapy/seeds/seed_file.h"
 #include "core/brachytherapy/structures/anatomy.h"
 #include "core/geometry/volume/file_bytes.h"
 #include "core/geometry/volume/nrrd_data.h"
@@ -389,6 +390,10 @@ ImportedCase CaseReader::read() {
     case_.warnings.insert(case_.warnings.end(), warnings.begin(), warnings.end());
   }
   read_plan();
+  if (std::string warning =
+          implant_warning(as_structures(case_), places_at_rest(seeds_at_start(case_.seeds)));
+      !warning.empty())
+    case_.warnings.push_back(std::move(warning));
   read_dose();
   for (std::string& line : case_.left) line = without_paths(std::move(line));
   case_.dropped.assign(dropped_.begin(), dropped_.end());

@@ -20,6 +20,7 @@
 #include "core/brachytherapy/structures/anatomy.h"
 #include "core/geometry/mesh_io/ply_writer.h"
 #include "core/scene/file/scene_file.h"
+#include "core/scene/load_plan.h"
 #include "core/scene/load_structures.h"
 #include "core/scene/load_ultrasound.h"
 
@@ -54,8 +55,27 @@ std::string colour_line(const ImportedStructure& structure) {
   return structure.colour ? "colour = \"" + hex_text(*structure.colour) + "\"\n" : std::string();
 }
 
-/// `has_plan`: whether the session is by plan.toml.
-std::string scene_text(const ImportedCase& imported, bool has_plan) {
+/// What a scene has beside the patient's body.
+enum class SceneOf { kBody, kPlan, kImplant };
+
+/// What differs from the default. The source decides what is prescribed where no plan says it.
+std::string seeds_section(const ImportedCase& imported, SceneOf of) {
+  const SeedSettings usual;
+  const std::vector<DoseSeed>& seeds = imported.seeds;
+  if (of != SceneOf::kImplant && imported.plan && imported.plan->hdr) return {};
+  std::string text;
+  if (of == SceneOf::kPlan) text += "applicator = \"train\"\n";
+  if (!seeds.empty() && seeds.front().source != usual.source &&
+      std::ranges::all_of(seeds, [&](const DoseSeed& s) { return s.source == seeds.front().source; }))
+    text += fmt::format("source = \"{}\"\n", to_string(seeds.front().source));
+  if (of == SceneOf::kImplant && seeds.size() > static_cast<std::size_t>(usual.max_count))
+    text += fmt::format("max_count = {}\n", seeds.size());
+  return text.empty() ? text : "\n[seeds]\n" + text;
+}
+
+/// The body, and plan.toml, or seeds.csv as an implant that is there.
+std::string scene_text(const ImportedCase& imported, SceneOf of) {
+  const bool has_plan = of == SceneOf::kPlan;
   const ImportedStructure& gland = imported.structures.front();
   const CaseBox box = box_of(gland.mesh);
   const Vec3 size = (box.max - box.min + Vec3::Constant(46)).cwiseMax(96).array().ceil();
@@ -72,11 +92,13 @@ std::string scene_text(const ImportedCase& imported, bool has_plan) {
                       grid.columns, grid.rows, exact_text(grid.spacing_mm), list_text(grid.origin_mm));
   text += hole_names_toml(grid);
   if (has_plan) text += "\n[plan]\nfile = \"plan.toml\"\n";
-  if (imported.plan && imported.plan->hdr)
+  if (of == SceneOf::kImplant) {
+    text += "\n[implant]\nseeds = \"seeds.csv\"\n";
+  } else if (imported.plan && imported.plan->hdr) {
     text += fmt::format("\n[needle]\ncount = {}\n\n[implant]\nkind = \"hdr\"\n",
                         imported.plan->hdr->catheters.size());
-  else if (has_plan)
-    text += "\n[seeds]\napplicator = \"train\"\n";
+  }
+  text += seeds_section(imported, of);
   for (std::size_t s = 1; s < imported.structures.size(); ++s)
     text += "\n[[structure]]\nname = \"" + imported.structures[s].name + "\"\nfile = \"" +
             imported.structures[s].name + ".ply\"\n" + role_line(imported.structures[s]) +
@@ -182,15 +204,17 @@ void write_case(const ImportedCase& imported, const std::filesystem::path& folde
   if (!imported.seeds.empty()) write_text(stage / "seeds.csv", to_csv(imported.seeds));
   if (imported.dose) write_text(stage / "dose.nrrd", to_nrrd(*imported.dose, "dose", "Gy"));
   if (imported.volume) write_text(stage / "volume.nrrd", to_nrrd(*imported.volume, "image", ""));
-  write_text(stage / "scene.toml", scene_text(imported, imported.plan.has_value()));
+  write_text(stage / "scene.toml", scene_text(imported, imported.plan ? SceneOf::kPlan : SceneOf::kBody));
   // The same with the plan that `brachy plan --generate` will write.
-  if (!imported.plan) write_text(stage / "session.toml", scene_text(imported, true));
+  if (!imported.plan) write_text(stage / "session.toml", scene_text(imported, SceneOf::kPlan));
+  if (!imported.seeds.empty()) write_text(stage / "implant.toml", scene_text(imported, SceneOf::kImplant));
   write_text(stage / "import.json", report_text(imported));
   write_text(stage / "import.svg", picture_svg(imported));
   // What was written is what the other programs will read.
   const Scene scene = load_scene(stage / "scene.toml");
   const std::vector<Structure> structures = load_structures(scene);
   if (imported.echo_db_per_value) (void)load_echo_map(scene, structures);
+  if (!imported.seeds.empty()) (void)load_seeds_at_start(load_scene(stage / "implant.toml"));
   if (imported.plan && imported.plan->hdr)
     (void)load_hdr_plan(stage / "plan.toml", scene.template_grid, scene.needle.length_mm);
   else if (imported.plan)

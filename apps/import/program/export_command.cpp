@@ -16,6 +16,7 @@
 #include "core/brachytherapy/dose/implant_dose.h"
 #include "core/brachytherapy/hdr/hdr_plan_file.h"
 #include "core/brachytherapy/plan/plan_file.h"
+#include "core/brachytherapy/seeds/seed_file.h"
 #include "core/geometry/label_map/rasterise.h"
 #include "core/geometry/mesh_io/mesh_file.h"
 #include "core/geometry/surface/surface_check.h"
@@ -118,7 +119,7 @@ int run(const ExportLine& line) {
   for (const std::string& text : line.surfaces) replace_surface(structures, text);
   const ExportedPlan plan = plan_of(line, scene);
   std::vector<DoseSeed> seeds = plan.seeds;
-  if (line.seeds) seeds = load_dose_seeds(*line.seeds);
+  if (line.seeds) seeds = at_rest(load_seeds_in_place(*line.seeds));
   std::error_code ignored;
   std::filesystem::create_directories(line.dicom, ignored);
   if (!std::filesystem::is_directory(line.dicom))

@@ -69,7 +69,9 @@ int run(const ImportLine& line) {
     for (const std::string& note : imported.plan->notes) std::cout << "    " << note << "\n";
   }
   if (!imported.seeds.empty())
-    std::cout << fmt::format("  seeds: seeds.csv, {} as the file has them\n", imported.seeds.size());
+    std::cout << fmt::format(
+        "  seeds: seeds.csv, {} as the file has them; implant.toml has them in the body\n",
+        imported.seeds.size());
   if (imported.dose) std::cout << "  dose: dose.nrrd\n";
   if (imported.volume) std::cout << "  volume: volume.nrrd\n";
   for (const std::string& left : imported.left)
@@ -110,9 +112,9 @@ Tool import_tool() {
   brachy import RS.dcm --gland "Prostata klein" --role rectum="Ampulle" --out patient
   brachy import RS.dcm --leave BODY --leave "Couch 1" --out patient
   brachy plan --generate --config patient/scene.toml --out patient/plan.toml
-  brachy dose --seeds patient/seeds.csv --config patient/scene.toml
+  brachy score patient/seeds.csv --config patient/scene.toml --out implant.html    # after an implant
 Writes scene.toml, a closed surface (PLY, RAS) for each structure, plan.toml of a permanent implant, seeds.csv of its
-seeds, also where they lie on no template (after an implant: `brachy dose --seeds`), dose.nrrd, volume.nrrd of the
+seeds, also where they lie on no template, implant.toml: the scene with these in the body, dose.nrrd, volume.nrrd of the
 longest image series or of an image beside the label maps, import.svg: three planes with all outlines, and import.json:
 what was taken from where, where it lies, what was left, and warnings where it contradicts anatomy. Names of structures
 are known in some twenty languages (TG-263's first); where two fit one organ the import asks for --gland or --role. What

@@ -12,6 +12,8 @@ struct ImplantSettings {
 
   /// "ldr": needles leave seeds. "hdr": needles are catheters that stay, and a source dwells in them.
   std::string kind = "ldr";
+  /// CSV of seeds that are in the body at the start (load_seeds_in_place), relative to the scene file; empty: none.
+  std::string seeds;
   double step_mm = 5;                       ///< between dwell positions: 2.5 or 5
   double tip_offset_mm = 5;                 ///< of the first dwell position behind the catheter's tip
   int max_catheters = 18;                   ///< of a generated plan

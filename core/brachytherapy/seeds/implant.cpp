@@ -39,7 +39,7 @@ Implant::Implant(std::size_t max_count) : max_count_(max_count) {
 
 void Implant::restore(std::span<const Seed> seeds) {
   if (seeds.size() > max_count_)
-    throw UserError("the session has " + std::to_string(seeds.size()) + " seeds, the scene allows " +
+    throw UserError("the body has " + std::to_string(seeds.size()) + " seeds, the scene allows " +
                     std::to_string(max_count_) + "; raise seeds.max_count");
   seeds_.assign(seeds.begin(), seeds.end());
   changed_.assign(seeds.size(), 0);

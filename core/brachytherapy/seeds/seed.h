@@ -12,11 +12,12 @@ namespace brachy {
 /// its tip.
 struct Seed {
   static constexpr std::int32_t kUnplanned = -1;
+  static constexpr std::uint16_t kNoNeedle = UINT16_MAX;
 
   std::uint32_t id = 0;               ///< 1, 2, … in the order of falling
   std::uint64_t tick = 0;             ///< in which it fell
   double t_s = 0;                     ///< simulated time then
-  std::uint16_t needle = 0;           ///< device needle that left it
+  std::uint16_t needle = 0;           ///< device needle that left it; kNoNeedle: it was there at the start
   bool is_certified = false;          ///< the field it fell in is injective, so its material point is unique
   bool is_fixed = false;              ///< fell outside the tissue: does not move with it, `rest` is `dropped`
   std::int32_t planned = kUnplanned;  ///< its index in Plan::seeds, or kUnplanned
@@ -32,6 +33,7 @@ struct Seed {
   Vec3 position = Vec3::Zero();  ///< now: rest + u(rest)
   Vec3 axis = Vec3::UnitZ();
 
+  bool was_there() const { return needle == kNoNeedle; }  ///< before anything happened (implant.seeds)
   DoseSeed as_dropped() const { return {dropped, dropped_axis, source, air_kerma_strength_u}; }
   DoseSeed at_rest() const { return {rest, rest_axis, source, air_kerma_strength_u}; }
   bool operator==(const Seed&) const = default;

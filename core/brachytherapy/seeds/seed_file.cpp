@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/base/number_csv.h"
+#include "core/brachytherapy/dose/dose_seed_file.h"
 #include "core/brachytherapy/dose/source.h"
 
 namespace brachy {
@@ -121,6 +122,41 @@ std::vector<Seed> parse_seeds(std::string_view text, const std::string& name) {
 
 std::vector<Seed> load_seeds(const std::filesystem::path& file) {
   return seeds_of(load_number_csv(file, kSeedHeader, limits()), file.string());
+}
+
+std::vector<Seed> load_seeds_in_place(const std::filesystem::path& file) {
+  const std::string name = file.string();
+  const std::string text = load_csv_text(file, kDoseSeedHeader, NumberCsvLimits{}.max_bytes);
+  if (csv_header(text) == kSeedHeader) return parse_seeds(text, name);
+  return seeds_at_start(parse_dose_seeds(text, name));
+}
+
+std::vector<Seed> seeds_at_start(std::span<const DoseSeed> seeds) {
+  std::vector<Seed> all;
+  for (const DoseSeed& from : seeds) {
+    Seed seed;
+    seed.id = static_cast<std::uint32_t>(all.size() + 1);
+    seed.needle = Seed::kNoNeedle;
+    seed.is_certified = true;
+    seed.source = from.source;
+    seed.air_kerma_strength_u = from.air_kerma_strength_u;
+    seed.dropped = seed.rest = seed.position = from.position;
+    seed.dropped_axis = seed.rest_axis = seed.axis = from.axis;
+    all.push_back(seed);
+  }
+  return all;
+}
+
+std::vector<DoseSeed> at_rest(std::span<const Seed> seeds) {
+  std::vector<DoseSeed> all;
+  for (const Seed& seed : seeds) all.push_back(seed.at_rest());
+  return all;
+}
+
+std::vector<Vec3> places_at_rest(std::span<const Seed> seeds) {
+  std::vector<Vec3> all;
+  for (const Seed& seed : seeds) all.push_back(seed.rest);
+  return all;
 }
 
 }  // namespace brachy

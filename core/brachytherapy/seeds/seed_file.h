@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,5 +27,18 @@ std::vector<Seed> parse_seeds(std::string_view text, const std::string& name);
 
 /// parse_seeds of a file. Throws UserError, also where it is not a readable regular file.
 std::vector<Seed> load_seeds(const std::filesystem::path& file);
+
+/// Seeds that lie in a body: of such a ledger, or of a table for doses (dose_seed_file.h), whichever its first line
+/// says. Of a table's seeds no more is known than where they are and what they hold: they are at rest there, of no
+/// needle and of no plan. Throws UserError as load_seeds and load_dose_seeds.
+std::vector<Seed> load_seeds_in_place(const std::filesystem::path& file);
+
+/// Seeds that are there when a session starts: at rest, of no needle and no plan, numbered 1, 2, ….
+std::vector<Seed> seeds_at_start(std::span<const DoseSeed> seeds);
+
+/// Where they are at rest.
+std::vector<DoseSeed> at_rest(std::span<const Seed> seeds);
+/// Their middles there, mm.
+std::vector<Vec3> places_at_rest(std::span<const Seed> seeds);
 
 }  // namespace brachy

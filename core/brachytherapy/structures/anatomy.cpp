@@ -241,4 +241,22 @@ std::vector<std::string> anatomy_warnings(const std::vector<Structure>& structur
   return Anatomy(structures, image).warnings();
 }
 
+std::string implant_warning(const std::vector<Structure>& structures, const std::vector<Vec3>& seeds) {
+  constexpr double kOutsideMm = 10;
+  if (structures.empty() || seeds.empty()) return {};
+  const StructurePlace gland = place_of(structures.front());
+  std::size_t outside = 0;
+  Vec3 middle = Vec3::Zero();
+  for (const Vec3& seed : seeds) {
+    middle += seed / static_cast<double>(seeds.size());
+    outside += (gland.min - seed).cwiseMax(seed - gland.max).maxCoeff() > kOutsideMm ? 1 : 0;
+  }
+  if (2 * outside <= seeds.size()) return {};
+  return std::to_string(outside) + " of " + std::to_string(seeds.size()) + " seeds lie " +
+         mm_text(kOutsideMm) + " or more outside the prostate, their middle " +
+         mm_text((middle - gland.centroid).norm()) +
+         " from its middle: check their frame (LPS or RAS), their unit, and that they are of this patient "
+         "and day";
+}
+
 }  // namespace brachy

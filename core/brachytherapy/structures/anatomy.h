@@ -30,4 +30,9 @@ std::vector<StructurePlace> structure_places(const std::vector<Structure>& struc
 std::vector<std::string> anatomy_warnings(const std::vector<Structure>& structures,
                                           const VoxelGrid* image = nullptr);
 
+/// Whether most of an implant's seeds, at `seeds` (mm, RAS), lie 10 mm or more outside the gland's bounding box, as
+/// they do where their file has another frame, unit or patient: one line; empty: no, or there are no seeds. Single
+/// seeds may lie far away: they migrate. Preconditions: as above.
+std::string implant_warning(const std::vector<Structure>& structures, const std::vector<Vec3>& seeds);
+
 }  // namespace brachy

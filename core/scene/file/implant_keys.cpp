@@ -35,6 +35,10 @@ std::vector<Key<ImplantSettings>> implant_kind_keys() {
   return {
       text("kind", &S::kind, {"ldr", "hdr"}, kRestart,
            "ldr: needles leave seeds; hdr: they are catheters that stay, and a source dwells in them"),
+      text("seeds", &S::seeds, {}, kRestart,
+           "ldr: seeds that are in the body at the start, as of an earlier implant: CSV as for `brachy dose "
+           "--seeds`, or a "
+           "session's seeds.csv, relative to this file; empty: none"),
       number("step_mm", &S::step_mm, {2.5, 5}, kRestart, "hdr: between dwell positions: 2.5 or 5"),
       number("tip_offset_mm", &S::tip_offset_mm, {0, 50}, kRestart,
              "hdr: of the first dwell position behind the catheter's tip"),
@@ -57,6 +61,9 @@ std::vector<Key<ImplantSettings>> implant_kind_keys() {
 void check_implant(const TomlTable& t, Scene& scene) {
   if (scene.implant.step_mm != 2.5 && scene.implant.step_mm != 5)
     t.contradiction("step_mm", "is " + text_of(scene.implant.step_mm) + "; it must be 2.5 or 5");
+  if (scene.implant.is_hdr() && !scene.implant.seeds.empty())
+    t.contradiction("seeds",
+                    "are permanent ones, and implant.kind is \"hdr\"; leave them out, or make it \"ldr\"");
 }
 
 std::vector<Key<SeedSettings>> seeds_keys() {

@@ -105,5 +105,34 @@ TEST(Session, KeepsItsSeedsThroughKillMinusNine) {
   EXPECT_GE(told.size(), 9u);
 }
 
+// Those of an earlier implant are in the body, in every client's view, in the dose, and once in the session's ledger.
+TEST_F(SessionTest, SeedsOfAnEarlierImplantAreThereFromTheStart) {
+  folder.write("before.csv",
+               "x,y,z,ax,ay,az,source,strength_u\n2,3,4,0,0,1,6711,0.5\n-9,3,4,0,0,1,6711,0.5\n");
+  scene =
+      folder.write("scene.toml", small_scene("[plan]\nfile = \"plan.toml\"\n[seeds]\napplicator = \"train\"\n"
+                                             "[implant]\nseeds = \"before.csv\"\n"));
+  for (const std::size_t expected : {2u, 2u}) {  // begun, and gone on with
+    RunningBrachyd brachyd(scene, {"--session", in("live")});
+    Peer viewer;
+    ASSERT_TRUE(viewer.join(brachyd.port));
+    ASSERT_TRUE(viewer.until([&] { return viewer.client.mesh().seeds().size() == expected; }));
+    EXPECT_EQ(viewer.client.mesh().seeds()[0].position, Vec3(2, 3, 4));
+    ASSERT_TRUE(viewer.until([&] { return !viewer.doses.empty() && viewer.doses.back().seeds == expected; }));
+    brachyd.process.send_signal(SIGTERM);
+    ASSERT_TRUE(exited(brachyd.process.wait(), 0));
+    EXPECT_EQ(load_seeds(in("live/seeds.csv")).size(), expected);
+  }
+  const Ended ended =
+      run_brachy({"replay", needles, "--offline", "--config", scene, "--session", in("s"), "--json"});
+  ASSERT_TRUE(exited(ended, 0)) << ended.err;
+  const auto report = nlohmann::json::parse(read_file(in("s/report.json")));
+  EXPECT_EQ(report.at("seeds").at("unplanned"), nlohmann::json::array());
+  EXPECT_EQ(report.at("dose").at("rest").at("seeds"), 7);
+  // Another file of seeds is another scene.
+  folder.write("before.csv", "x,y,z,ax,ay,az,source,strength_u\n2,3,4.5,0,0,1,6711,0.5\n");
+  EXPECT_TRUE(refused_in_one_line(run_brachy({"score", in("s"), "--force"}), {"before.csv"}));
+}
+
 }  // namespace
 }  // namespace brachy

@@ -8,7 +8,10 @@
 
 #include "core/brachytherapy/dose/dose_seed_file.h"
 #include "core/brachytherapy/dose/source.h"
+#include "core/brachytherapy/seeds/seed_file.h"
 #include "core/geometry/volume/nrrd_file.h"
+#include "core/scene/file/scene_file.h"
+#include "core/scene/load_plan.h"
 #include "tests/apps/import/import_testing.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"
@@ -30,7 +33,7 @@ void expect_words(const std::string& text, const std::vector<std::string>& words
     EXPECT_NE(text.find(word), std::string::npos) << word << " in: " << text;
 }
 
-/// Rows of seeds.csv; and that `brachy dose` takes them.
+/// Rows of seeds.csv; that `brachy dose` takes them, and implant.toml has them in the body.
 void expect_seeds(const std::filesystem::path& scene, const nlohmann::json& expected) {
   const std::vector<DoseSeed> seeds = load_dose_seeds(scene / "seeds.csv");
   ASSERT_EQ(seeds.size(), expected.size());
@@ -41,6 +44,7 @@ void expect_seeds(const std::filesystem::path& scene, const nlohmann::json& expe
     EXPECT_EQ(tg43_source(seeds[n].source).number, row[6]);
     EXPECT_EQ(seeds[n].air_kerma_strength_u, row[7]);
   }
+  EXPECT_EQ(to_csv(at_rest(load_seeds_at_start(load_scene(scene / "implant.toml")))), to_csv(seeds));
   const Ended dose = run_brachy({"dose", "--seeds", (scene / "seeds.csv").string(), "--config",
                                  (scene / "scene.toml").string(), "--json"});
   ASSERT_TRUE(exited(dose, 0)) << dose.err;

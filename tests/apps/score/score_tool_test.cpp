@@ -1,6 +1,7 @@
 // `brachy score`, end to end.
 #include <gtest/gtest.h>
 
+#include "core/brachytherapy/dose/dose_seed_file.h"
 #include "core/brachytherapy/plan/plan_file.h"
 #include "core/brachytherapy/seeds/seed_file.h"
 #include "tests/apps/apps_testing.h"
@@ -92,6 +93,56 @@ TEST_F(ScoreTool, RefusesWhatItCannotScore) {
   EXPECT_TRUE(refused_in_one_line(
       run_brachy({"score", recording, "--plan", folder.write("one.toml", to_toml(one, {}))}),
       {"seed 3", "give the plan"}));
+}
+
+/// The dropped seeds of a session as a table, as a planning system has them after an implant.
+std::string table_of_small_seeds() {
+  return to_csv(at_rest(small_seeds()));
+}
+
+TEST_F(ScoreTool, OfAFileOfSeedsTheImplantIsScored) {
+  const std::string seeds = folder.write("post.csv", table_of_small_seeds()),
+                    out = (folder / "post.html").string();
+  const Ended by_plan = run_brachy({"score", seeds, "--plan", plan, "--out", out, "--json"});
+  ASSERT_TRUE(exited(by_plan, 0)) << by_plan.err;
+  const auto json = json_of(by_plan);
+  // What a session with the same seeds has of them.
+  const auto session = json_of(run_brachy({"score", recording, "--plan", plan, "--json"}));
+  EXPECT_EQ(json.at("seeds").at("rest_error"), session.at("seeds").at("rest_error"));
+  EXPECT_EQ(json.at("dose").at("rest"), session.at("dose").at("rest"));
+  EXPECT_EQ(json.at("dose").at("plan"), session.at("dose").at("plan"));
+  const Ended alone = run_brachy({"score", seeds, "--out", (folder / "alone.html").string(), "--json"});
+  ASSERT_TRUE(exited(alone, 0)) << alone.err;
+  EXPECT_NE(alone.err.find("There is no plan"), std::string::npos) << alone.err;
+  const auto without = json_of(alone);
+  EXPECT_TRUE(without.at("seeds").is_null());
+  EXPECT_EQ(without.at("findings"), nlohmann::json::array());
+  EXPECT_EQ(without.at("dose").at("rest").at("structures").at(0).at("d90_gy"),
+            json.at("dose").at("rest").at("structures").at(0).at("d90_gy"));
+  const Ended nowhere = run_brachy({"score", seeds, "--plan", plan});
+  EXPECT_TRUE(exited(nowhere, 2));
+  EXPECT_NE(nowhere.err.find("is a file of seeds: give the page a place with --out"), std::string::npos)
+      << nowhere.err;
+}
+
+TEST_F(ScoreTool, SeedsThatWereThereBeforeAreNobodysMistake) {
+  std::vector<Seed> all = seeds_at_start(at_rest(small_seeds()));
+  for (Seed& seed : all) seed.dropped = seed.rest = seed.position = seed.rest + Vec3(20, 10, 0);
+  std::uint32_t id = static_cast<std::uint32_t>(all.size());
+  for (Seed seed : small_seeds()) {
+    seed.id = ++id;
+    all.push_back(seed);
+  }
+  const auto before = json_of(run_brachy({"score", recording, "--plan", plan, "--json"}));
+  std::string text = std::string(kSeedHeader) + "\n";
+  for (const Seed& seed : all) text += seed_row(seed) + "\n";
+  folder.write("seeds.csv", text);
+  const auto json = json_of(run_brachy({"score", recording, "--plan", plan, "--json", "--force"}));
+  EXPECT_EQ(json.at("seeds").at("unplanned"), before.at("seeds").at("unplanned"));
+  EXPECT_EQ(json.at("seeds").at("rest_error"), before.at("seeds").at("rest_error"));
+  // All count in the dose, of the plan as well.
+  EXPECT_EQ(json.at("dose").at("rest").at("seeds"), 6);
+  EXPECT_EQ(json.at("dose").at("plan").at("seeds"), 6);
 }
 
 }  // namespace

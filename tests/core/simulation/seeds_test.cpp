@@ -1,6 +1,8 @@
 // Seeds in a whole simulation: dropped into deformed tissue, moved with it, and returned to rest.
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <random>
 
@@ -301,6 +303,31 @@ TEST(Seeds, RandomDropsAreRightOrRefused) {
   }
   EXPECT_GT(dropped, wanted / 2);
   std::cout << dropped << " dropped, " << refused << " refused\n";
+}
+
+// One in the gland and one in front of it are there before a needle comes.
+TEST(SeedsAtStart, MoveWithTheTissueAndOthersAreAddedToThem) {
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "at_start.csv";
+  std::ofstream(file) << "x,y,z,ax,ay,az,source,strength_u\n8,-4,6,0,0,1,200,1.5\n0,0,-45,0,0,1,200,1.5\n";
+  Scene scene = small_scene();
+  scene.implant.seeds = file.string();
+  DropSession session(scene);
+  ASSERT_EQ(session.state.seeds.count, 2u);
+  EXPECT_TRUE(session.seed(0).was_there());
+  EXPECT_FALSE(session.seed(0).is_fixed);
+  EXPECT_TRUE(session.seed(1).is_fixed);
+  session.go(kUnderTemplate, kDropDepth, 0.25);
+  EXPECT_GT((session.seed(0).position - Vec3(8, -4, 6)).norm(), 0.5);
+  EXPECT_EQ(session.seed(1).position, Vec3(0, 0, -45));
+  session.step(kDropDepth, true);
+  ASSERT_EQ(session.state.seeds.count, 3u);
+  EXPECT_EQ(session.seed(2).id, 3u);
+  EXPECT_EQ(session.seed(2).needle, 0);
+  session.go(kDropDepth, kUnderTemplate, 0.25);
+  EXPECT_EQ(session.seed(0).position, Vec3(8, -4, 6));
+  scene.seeds.max_count = 1;
+  EXPECT_THROW(DropSession{scene}, UserError);
+  std::filesystem::remove(file);
 }
 
 }  // namespace

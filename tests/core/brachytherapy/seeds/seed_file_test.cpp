@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+
 #include "core/base/error.h"
 
 namespace brachy {
@@ -67,6 +70,26 @@ TEST(SeedFile, RefusesWhatNoLedgerSays) {
   other.replace(other.find(",6711,"), 6, ",6712,");
   EXPECT_NE(refusal_of(other).find("source"), std::string::npos);
   EXPECT_NE(refusal_of("a,b\n1,2\n"), "");
+}
+
+TEST(SeedFile, SeedsInPlaceAreThoseOfALedgerOrOfATableForDoses) {
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "seeds_in_place.csv";
+  std::ofstream(file) << text_of({seed(1), seed(2)});
+  EXPECT_EQ(load_seeds_in_place(file), (std::vector<Seed>{seed(1), seed(2)}));
+  // As a spreadsheet writes it.
+  std::ofstream(file) << "\xEF\xBB\xBFX, Y, Z, AX, AY, AZ, Source, Strength_U\r\n1,2,3,0,0,-2,200,1.5\r\n";
+  const std::vector<Seed> table = load_seeds_in_place(file);
+  ASSERT_EQ(table.size(), 1u);
+  EXPECT_TRUE(table[0].was_there());
+  EXPECT_EQ(table[0].planned, Seed::kUnplanned);
+  EXPECT_EQ(table[0].rest, Vec3(1, 2, 3));
+  EXPECT_EQ(table[0].position, Vec3(1, 2, 3));
+  EXPECT_EQ(table[0].rest_axis, Vec3(0, 0, -1));
+  EXPECT_EQ(table[0].source, SourceModel::kTheraSeed200);
+  EXPECT_EQ(table[0].air_kerma_strength_u, 1.5);
+  EXPECT_EQ(parse_seeds(text_of({table[0]}), "seeds.csv"),
+            table);  // and is written to a ledger as what it is
+  std::filesystem::remove(file);
 }
 
 }  // namespace

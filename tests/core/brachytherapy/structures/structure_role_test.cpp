@@ -187,6 +187,23 @@ TEST(Anatomy, ADirectionThatIsWrongIsSaid) {
   EXPECT_EQ(anatomy_warnings(mirrored).size(), 2u);
 }
 
+TEST(Anatomy, AnImplantOutsideTheGlandIsSaidAndSingleSeedsAreNot) {
+  const auto line_of_seeds = [](const Vec3& middle) {
+    std::vector<Vec3> seeds(10);
+    for (std::size_t i = 0; i < seeds.size(); ++i)
+      seeds[i] = middle + Vec3(0, 0, 2.0 * static_cast<double>(i) - 9);
+    return seeds;
+  };
+  std::vector<Vec3> seeds = line_of_seeds(structure_places(pelvis()).front().centroid);
+  EXPECT_EQ(implant_warning(pelvis(), {}), "");
+  EXPECT_EQ(implant_warning(pelvis(), seeds), "");
+  for (std::size_t i = 0; i < 5; ++i) seeds[i].x() += 100;  // migrated
+  EXPECT_EQ(implant_warning(pelvis(), seeds), "");
+  seeds[5].x() += 100;
+  EXPECT_TRUE(implant_warning(pelvis(), seeds).starts_with("6 of 10 seeds lie"))
+      << implant_warning(pelvis(), seeds);
+}
+
 TEST(Anatomy, VolumesOutsideThoseOfPeopleAreSaid) {
   std::vector<Structure> small = pelvis(), large = pelvis();
   transform(small, Vec3::Constant(0.1));  // centimetres
