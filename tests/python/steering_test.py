@@ -153,7 +153,7 @@ class Targets(unittest.TestCase):
         while not is_over:
             observation, _, is_over, _, info = environment.step([1, 0])
         pose = np.eye(4)
-        pose[:3] = environment._pose
+        pose[:3] = environment.pose
         seed, = environment.simulator.drop(pose)
         self.assertAlmostEqual(np.linalg.norm(seed.rest - environment.target), info["error_mm"], delta=0.1)
 

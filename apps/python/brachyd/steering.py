@@ -130,7 +130,7 @@ class NeedleSteering(Env):
             raise ValueError("target_mm: 3 finite numbers, mm")
         self.simulator.reset()
         self.hand_mm = self.start_mm = float(self.reach.start_mm[self.hole])
-        self._pose = pose_at(self.settings.holes_mm[self.hole], self.hand_mm, self.roll_rad)
+        self.pose = pose_at(self.settings.holes_mm[self.hole], self.hand_mm, self.roll_rad)
         self._target: Tuple[float, ...] = tuple(self.target.tolist())
         self.row[self.observation_fields["hole_mm"]] = self.settings.holes_mm[self.hole]
         self.row[self.observation_fields["target_mm"]] = self.target
@@ -166,7 +166,7 @@ class NeedleSteering(Env):
     def _tick(self) -> None:
         """One tick with the needle where hand and roll have it, and its observation."""
         c, s = math.cos(self.roll_rad), math.sin(self.roll_rad)
-        pose, row = self._pose, self.row
+        pose, row = self.pose, self.row
         pose[0, 0] = pose[1, 1] = c
         pose[1, 0], pose[0, 1], pose[2, 3] = s, -s, self.hand_mm
         self.simulator.step(pose)

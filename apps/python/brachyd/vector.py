@@ -24,8 +24,9 @@ from .spaces import NEXT_STEP, VectorEnv, of_many
 from .steering import NeedleSteering, SteeringSettings
 
 Array = npt.NDArray[np.float64]
-STEP, RESET, DONE, FAILED = b"s", b"r", b"d", b"f"
-CODE = ("import sys; from brachyd.vector import work; work(*map(int, sys.argv[1:]))")
+# Messages: one byte, and in all but the first two a length and so many bytes.
+STEP, DONE, SET_UP, RESET, FAILED = b"s", b"d", b"u", b"r", b"f"
+CODE = "import sys; from brachyd.vector import work; work(*map(int, sys.argv[1:]))"
 
 
 @dataclass
@@ -84,6 +85,7 @@ class VectorNeedleSteering(VectorEnv):
         m = first.observation_space.shape[0]
         self._workers: List[_Worker] = []
         self._is_stepping = False
+        self._all = np.ones(num_envs, dtype=np.bool_)
         memory = os.memfd_create("brachyd")
         try:
             os.ftruncate(memory, _Shared.size(num_envs, m))
@@ -91,7 +93,7 @@ class VectorNeedleSteering(VectorEnv):
             for mine in np.array_split(np.arange(num_envs), count):
                 self._workers.append(_Worker(len(self._workers), mine.tolist(), memory))
             for worker in self._workers:
-                worker.send(pickle.dumps((settings, first.reach, worker.mine, num_envs, m)))
+                self._send(worker, SET_UP, pickle.dumps((settings, first.reach, worker.mine, num_envs, m)))
             self._wait()
         except BaseException:
             self.close()
@@ -110,7 +112,7 @@ class VectorNeedleSteering(VectorEnv):
             raise ValueError(f"{len(seeds)} seeds for {self.num_envs} environments")
         self._check_open()
         for worker in self._workers:
-            self._send(worker, RESET + pickle.dumps(([seeds[i] for i in worker.mine], options)))
+            self._send(worker, RESET, pickle.dumps(([seeds[i] for i in worker.mine], options)))
         self._wait()
         return self._observations(), self._info()
 
@@ -164,17 +166,16 @@ class VectorNeedleSteering(VectorEnv):
 
     def _info(self) -> Dict[str, Any]:
         error, outcome = self._shared.error_mm, self._shared.outcome
-        all_of_them = np.ones(self.num_envs, dtype=np.bool_)
-        return {"error_mm": error.copy() if self.copy else error, "_error_mm": all_of_them,
-                "outcome": outcome.copy() if self.copy else outcome, "_outcome": all_of_them}
+        return {"error_mm": error.copy() if self.copy else error, "_error_mm": self._all,
+                "outcome": outcome.copy() if self.copy else outcome, "_outcome": self._all}
 
     def _check_open(self) -> None:
         if self.closed:
             raise RuntimeError("this VectorNeedleSteering is closed")
 
-    def _send(self, worker: "_Worker", message: bytes) -> None:
+    def _send(self, worker: "_Worker", kind: bytes, body: Optional[bytes] = None) -> None:
         try:
-            worker.send(message)
+            _send(worker.out, kind, body)
         except OSError:
             self._fail(worker, worker.why())
 
@@ -182,9 +183,9 @@ class VectorNeedleSteering(VectorEnv):
         """Until every process has done what it was told."""
         self._is_stepping = False
         for worker in self._workers:
-            message = worker.receive()
-            if message[:1] != DONE:
-                self._fail(worker, message[1:].decode() or worker.why())
+            kind, body = _receive(worker.answers)
+            if kind != DONE:
+                self._fail(worker, body.decode() if kind == FAILED and body else worker.why())
 
     def _fail(self, worker: "_Worker", why: str) -> None:
         self.close()
@@ -196,8 +197,8 @@ class _Worker:
 
     def __init__(self, number: int, mine: List[int], memory: int) -> None:
         self.number, self.mine = number, mine
-        commands, self._out = os.pipe()
-        self._in, answers = os.pipe()
+        commands, self.out = os.pipe()
+        self.answers, answers = os.pipe()
         path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)
         try:
             self._process = subprocess.Popen(
@@ -211,13 +212,6 @@ class _Worker:
     def pid(self) -> int:
         return self._process.pid
 
-    def send(self, message: bytes) -> None:
-        _send(self._out, message)
-
-    def receive(self) -> bytes:
-        """Its answer; nothing where it has ended."""
-        return _receive(self._in)
-
     def why(self) -> str:
         """How it ended, if it did not say why."""
         code = self._process.wait(timeout=10)
@@ -230,11 +224,11 @@ class _Worker:
 
     def end(self) -> None:
         """It ends at the end of its commands; else by a signal."""
-        if self._out < 0:
+        if self.out < 0:
             return
-        os.close(self._out)
-        os.close(self._in)
-        self._out = self._in = -1
+        os.close(self.out)
+        os.close(self.answers)
+        self.out = self.answers = -1
         try:
             self._process.wait(timeout=5)
         except subprocess.TimeoutExpired:
@@ -250,19 +244,22 @@ def work(commands: int, answers: int, memory: int) -> None:
     """The process: does what the commands say until they end."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the caller ends it
     environments: Optional[_Environments] = None
-    while message := _receive(commands):
+    while True:
+        kind, body = _receive(commands)
+        answer: Tuple[bytes, Optional[bytes]] = (DONE, None)
         try:
-            if environments is None:
-                environments = _Environments(memory, *pickle.loads(message))
-            elif message == STEP:
+            if kind == SET_UP:
+                environments = _Environments(memory, *pickle.loads(body))
+            elif environments is None or not kind:
+                return
+            elif kind == STEP:
                 environments.step()
             else:
-                environments.reset(*pickle.loads(message[1:]))
-            answer = DONE
+                environments.reset(*pickle.loads(body))
         except Exception:
-            answer = FAILED + b"failed:\n" + traceback.format_exc().encode()
+            answer = (FAILED, b"failed:\n" + traceback.format_exc().encode())
         try:
-            _send(answers, answer)
+            _send(answers, *answer)
         except BrokenPipeError:
             return
 
@@ -277,6 +274,7 @@ class _Environments:
         for i, environment in self.all:
             environment.use_row(self.shared.observations[i])
         self.mine = slice(mine[0], mine[-1] + 1)
+        self.actions = self.shared.actions[self.mine]
         self.is_over = [False] * len(mine)
 
     def reset(self, seeds: List[Optional[int]], options: Optional[Dict[str, Any]]) -> None:
@@ -290,7 +288,7 @@ class _Environments:
     def step(self) -> None:
         shared = self.shared
         results = []
-        for k, ((_, environment), action) in enumerate(zip(self.all, shared.actions[self.mine].tolist())):
+        for k, ((_, environment), action) in enumerate(zip(self.all, self.actions.tolist())):
             if self.is_over[k]:
                 environment.reset()
                 results.append((0.0, False, False))
@@ -305,17 +303,21 @@ class _Environments:
         self.shared.outcome[self.mine] = [environment.outcome for _, environment in self.all]
 
 
-def _send(file: int, message: bytes) -> None:
-    """A message after its length. A short one is written at once; a long one in parts."""
-    data = struct.pack("<I", len(message)) + message
+def _send(file: int, kind: bytes, body: Optional[bytes] = None) -> None:
+    data = kind if body is None else kind + struct.pack("<I", len(body)) + body
     while data:
         data = data[os.write(file, data):]
 
 
-def _receive(file: int) -> bytes:
-    """A message; nothing where the other side has ended."""
-    head = _read(file, 4)
-    return _read(file, struct.unpack("<I", head)[0]) if len(head) == 4 else b""
+def _receive(file: int) -> Tuple[bytes, bytes]:
+    """Kind and body of a message; nothing where the other side has ended, within a message too."""
+    kind = os.read(file, 1)
+    if kind in (b"", STEP, DONE):
+        return kind, b""
+    try:
+        return kind, _read(file, struct.unpack("<I", _read(file, 4))[0])
+    except EOFError:
+        return b"", b""
 
 
 def _read(file: int, size: int) -> bytes:
@@ -323,6 +325,6 @@ def _read(file: int, size: int) -> bytes:
     while len(data) < size:
         part = os.read(file, size - len(data))
         if not part:
-            return b""
+            raise EOFError("the other process has ended within a message")
         data += part
     return data
