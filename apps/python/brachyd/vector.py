@@ -1,8 +1,9 @@
 """Many steering environments on several processes, which share the memory of actions and observations.
 
-Each process is a program of its own, started afresh, that talks over two pipes: no main guard is needed, nothing of the
-caller is copied by fork, and a process that ends is noticed at once, on either side. The memory has no name: nothing of
-it is left in /dev/shm, however the processes end.
+The caller's process has its share of the environments and steps them while the others step theirs, so that with a
+process for each core no core waits for another's messages. Each of the others is a program of its own, started afresh,
+that talks over two pipes: no main guard is needed, nothing of the caller is copied by fork, and a process that ends is
+noticed, on either side. The memory has no name: nothing of it is left in /dev/shm, however the processes end.
 """
 from __future__ import annotations
 
@@ -15,7 +16,7 @@ import subprocess
 import sys
 import traceback
 from dataclasses import dataclass
-from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -56,7 +57,8 @@ class _Shared:
 
 
 class VectorNeedleSteering(VectorEnv):
-    """`num_envs` NeedleSteering on `processes` processes (all cores by default), as Gymnasium's VectorEnv.
+    """`num_envs` NeedleSteering on `processes` processes, as Gymnasium's VectorEnv. The caller's is one of them; by
+    default there is one for each core.
 
     Environment i of reset(seed=s) has the seed s + i, and the bits of a single NeedleSteering with it. Autoreset is
     Gymnasium's "next step": the step after the one that ends an episode resets that environment, whatever its action,
@@ -65,7 +67,7 @@ class VectorNeedleSteering(VectorEnv):
     shared memory itself, which the next step changes.
 
     Errors: ValueError for settings, seeds and actions that cannot be used; RuntimeError where a process fails or ends:
-    it says which, and why; the others are ended then. close() ends them, as does leaving a `with`.
+    it says which (0: the caller's), and why; the others are ended then. close() ends them, as does leaving a `with`.
     Threads: one.
     """
 
@@ -90,8 +92,10 @@ class VectorNeedleSteering(VectorEnv):
         try:
             os.ftruncate(memory, _Shared.size(num_envs, m))
             self._shared = _Shared.of(mmap.mmap(memory, 0), num_envs, m)
-            for mine in np.array_split(np.arange(num_envs), count):
-                self._workers.append(_Worker(len(self._workers), mine.tolist(), memory))
+            own, *others = np.array_split(np.arange(num_envs), count)
+            for mine in others:
+                self._workers.append(_Worker(len(self._workers) + 1, mine.tolist(), memory))
+            self._own = _Environments(self._shared, first, own.tolist())
             for worker in self._workers:
                 self._send(worker, SET_UP, pickle.dumps((settings, first.reach, worker.mine, num_envs, m)))
             self._wait()
@@ -113,6 +117,7 @@ class VectorNeedleSteering(VectorEnv):
         self._check_open()
         for worker in self._workers:
             self._send(worker, RESET, pickle.dumps(([seeds[i] for i in worker.mine], options)))
+        self._do_own(lambda: self._own.reset(seeds[:len(self._own.all)], options))
         self._wait()
         return self._observations(), self._info()
 
@@ -123,7 +128,7 @@ class VectorNeedleSteering(VectorEnv):
         return self.step_wait()
 
     def step_async(self, actions: npt.ArrayLike) -> None:
-        """Begins a step. Until step_wait() the caller can do something else."""
+        """Begins a step on the other processes; the caller's own environments step in step_wait()."""
         self._check_open()
         if self._is_stepping:
             raise RuntimeError("step_async twice: step_wait comes between")
@@ -139,6 +144,7 @@ class VectorNeedleSteering(VectorEnv):
         """The results of the step that step_async() began."""
         if not self._is_stepping:
             raise RuntimeError("step_wait without step_async")
+        self._do_own(self._own.step)
         self._wait()
         shared = self._shared
         flags = (shared.terminated, shared.truncated)
@@ -158,7 +164,7 @@ class VectorNeedleSteering(VectorEnv):
         self.close()
 
     def processor_s(self) -> float:
-        """Processor time of the worker processes until now, s."""
+        """Processor time of the other processes until now, s."""
         return sum(worker.processor_s() for worker in self._workers)
 
     def _observations(self) -> Array:
@@ -187,13 +193,24 @@ class VectorNeedleSteering(VectorEnv):
             if kind != DONE:
                 self._fail(worker, body.decode() if kind == FAILED and body else worker.why())
 
+    def _do_own(self, work: Callable[[], None]) -> None:
+        try:
+            work()
+        except Exception as error:
+            self.close()
+            mine = self._own.mine
+            raise RuntimeError(f"process 0, of environments {mine.start} to {mine.stop - 1}, failed: {error}") from error
+        except BaseException:  # an interrupt: the answers of the others would be taken for the next step's
+            self.close()
+            raise
+
     def _fail(self, worker: "_Worker", why: str) -> None:
         self.close()
         raise RuntimeError(f"process {worker.number}, of environments {worker.mine[0]} to {worker.mine[-1]}, {why}")
 
 
 class _Worker:
-    """A process as the caller sees it."""
+    """Another process as the caller sees it."""
 
     def __init__(self, number: int, mine: List[int], memory: int) -> None:
         self.number, self.mine = number, mine
@@ -249,7 +266,9 @@ def work(commands: int, answers: int, memory: int) -> None:
         answer: Tuple[bytes, Optional[bytes]] = (DONE, None)
         try:
             if kind == SET_UP:
-                environments = _Environments(memory, *pickle.loads(body))
+                settings, reach, mine, n, m = pickle.loads(body)
+                shared = _Shared.of(mmap.mmap(memory, 0), n, m)
+                environments = _Environments(shared, NeedleSteering(settings, reach=reach), mine)
             elif environments is None or not kind:
                 return
             elif kind == STEP:
@@ -265,12 +284,11 @@ def work(commands: int, answers: int, memory: int) -> None:
 
 
 class _Environments:
-    """Those of one process, which share a model."""
+    """Those of one process, the first of which is `first`, whose model they share."""
 
-    def __init__(self, memory: int, settings: SteeringSettings, reach: Any, mine: List[int], n: int, m: int) -> None:
-        self.shared = _Shared.of(mmap.mmap(memory, 0), n, m)
-        first = NeedleSteering(settings, reach=reach)
-        self.all = [(i, first if i == mine[0] else NeedleSteering(settings, like=first)) for i in mine]
+    def __init__(self, shared: _Shared, first: NeedleSteering, mine: List[int]) -> None:
+        self.shared = shared
+        self.all = [(i, first if i == mine[0] else NeedleSteering(first.settings, like=first)) for i in mine]
         for i, environment in self.all:
             environment.use_row(self.shared.observations[i])
         self.mine = slice(mine[0], mine[-1] + 1)
