@@ -109,6 +109,7 @@ class NeedleSteering(Env):
         self._engine_row = row[sum(size for _, size in FIELDS):]
         self._contact, self._passes, self._tip = (self.observation_fields[name].start
                                                   for name in ("contact", "organ_passes", "tip_rest_mm"))
+        self._tip_row = row[self._tip:self._tip + 3]
 
     def reset(self, *, seed: Optional[int] = None,
               options: Optional[Dict[str, Any]] = None) -> Tuple[Array, Dict[str, Any]]:
@@ -172,11 +173,12 @@ class NeedleSteering(Env):
         self.simulator.step(pose)
         self.simulator.observe(0, self._engine_row)
         bevel = self.roll_rad + self.reach.bevel_rad
-        x, y, z = row[self._tip:self._tip + 3].tolist()
+        x, y, z = self._tip_row.tolist()
         to = (self._target[0] - x, self._target[1] - y, self._target[2] - z)
         self.error_mm = math.sqrt(to[0] * to[0] + to[1] * to[1] + to[2] * to[2])
-        row[:3] = to
-        row[8:12] = math.cos(bevel), math.sin(bevel), self.hand_mm - self.start_mm, self.ticks / self.most_ticks
+        row[0], row[1], row[2] = to
+        row[8], row[9] = math.cos(bevel), math.sin(bevel)
+        row[10], row[11] = self.hand_mm - self.start_mm, self.ticks / self.most_ticks
 
     def _info(self) -> Dict[str, Any]:
         return {"error_mm": self.error_mm, "outcome": int(self.outcome)}

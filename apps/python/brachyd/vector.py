@@ -199,7 +199,8 @@ class VectorNeedleSteering(VectorEnv):
         except Exception as error:
             self.close()
             mine = self._own.mine
-            raise RuntimeError(f"process 0, of environments {mine.start} to {mine.stop - 1}, failed: {error}") from error
+            whose = f"process 0, of environments {mine.start} to {mine.stop - 1}"
+            raise RuntimeError(f"{whose}, failed: {error}") from error
         except BaseException:  # an interrupt: the answers of the others would be taken for the next step's
             self.close()
             raise
