@@ -71,6 +71,8 @@ class Simulator {
   /// Ticks evaluated in each way since construction, indexed by Evaluation.
   const std::array<std::uint64_t, 4>& evaluation_counts() const { return evaluation_counts_; }
   double period_s() const { return model_->settings.period_s; }
+  /// The contacts of the needles after the last step, by id.
+  std::span<const NeedleContact> needles() const { return instruments_.needles(); }
   /// The displacement field of the last step, in the frame of the body, and where the body is: a material point X is at
   /// body_frame().to_world(X + u(X)). Its certificate is the summary's. Valid until the next step.
   DisplacementField& field() { return *field_; }

@@ -1,5 +1,6 @@
 # The manuals; and the Debian packages, which scripts/package.sh makes by CPack: brachyd, to run, and libbrachy-dev, to build against;
-# brachyd-import and brachyd-lab where their programs are built; libbrachyd-client0 and libbrachyd-client-dev, the C API.
+# brachyd-import and brachyd-lab where their programs are built; libbrachyd-client0 and libbrachyd-client-dev, the C API;
+# python3-brachyd where its module is built.
 # What only a system has (service, scene in /etc, documentation in /usr/share/doc) is no part of `cmake --install`.
 set(BRACHY_MAINTAINER "brachyd maintainers <brachyd@example.org>" CACHE STRING "whom the Debian packages name")
 set(BRACHY_RELEASE 1 CACHE STRING "the Debian packages' revision of this version")
@@ -87,6 +88,19 @@ if(TARGET brachyd_client)
                 ${PROJECT_SOURCE_DIR}/apps/csharp/examples/GlandMesh.cs
           DESTINATION ${examples} COMPONENT client_dev EXCLUDE_FROM_ALL)
 endif()
+if(TARGET brachyd_engine)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+  # Where Debian's Python looks; the module is of its version alone.
+  set(python_packages /usr/lib/python3/dist-packages)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/apps/python/brachyd DESTINATION ${python_packages}
+          COMPONENT python EXCLUDE_FROM_ALL FILES_MATCHING PATTERN *.py PATTERN *.pyi PATTERN py.typed
+          PATTERN __pycache__ EXCLUDE)
+  install(TARGETS brachyd_engine LIBRARY DESTINATION ${python_packages}/brachyd COMPONENT python EXCLUDE_FROM_ALL)
+  install(FILES ${here}/copyright ${made}/changelog.Debian.gz ${PROJECT_SOURCE_DIR}/apps/python/README.md
+          DESTINATION /usr/share/doc/python3-brachyd COMPONENT python EXCLUDE_FROM_ALL)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/apps/python/examples DESTINATION /usr/share/doc/python3-brachyd
+          COMPONENT python EXCLUDE_FROM_ALL FILES_MATCHING PATTERN *.py PATTERN __pycache__ EXCLUDE)
+endif()
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
@@ -170,4 +184,20 @@ set(CPACK_DEBIAN_CLIENT_DEV_DESCRIPTION
 The header brachyd_client.h (C99), brachyd-client for pkg-config and CMake
 (find_package(brachyd-client), brachyd::client). Examples: a viewer with
 OpenGL, the binding for C#, a script for Unity.")
+
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-brachyd)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+math(EXPR next_python "${Python_VERSION_MINOR} + 1")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+    "python3 (>= 3.${Python_VERSION_MINOR}), python3 (<< 3.${next_python}), python3-numpy")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${here}/python/postinst ${here}/python/prerm)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "brachyd (= ${PROJECT_VERSION}-${BRACHY_RELEASE})")
+set(CPACK_DEBIAN_PYTHON_DESCRIPTION
+    "brachytherapy simulator brachyd for Python: clients and environments
+Viewers, devices and operators of the daemon brachyd, and its engine in the
+process: as many ticks as the processor makes, and environments for needle
+steering, alone or many on several processes, as Gymnasium has them.
+For research and training. Not a medical device.")
 include(CPack)

@@ -21,10 +21,11 @@ done
 [[ $(id -u) == 0 ]] || { echo "package_check: must be root: sudo $0" >&2; exit 2; }
 shopt -s nullglob
 packages=(build/release/brachyd_*.deb build/release/libbrachy-dev_*.deb
-          build/release/libbrachyd-client0_*.deb build/release/libbrachyd-client-dev_*.deb)
+          build/release/libbrachyd-client0_*.deb build/release/libbrachyd-client-dev_*.deb
+          build/release/python3-brachyd_*.deb)
 import=(build/release/brachyd-import_*.deb)
 lab=(build/release/brachyd-lab_*.deb)
-[[ ${#packages[@]} == 4 && ${#import[@]} == 1 && ${#lab[@]} == 1 ]] \
+[[ ${#packages[@]} == 5 && ${#import[@]} == 1 && ${#lab[@]} == 1 ]] \
     || { echo "package_check: build the packages first: scripts/package.sh" >&2; exit 2; }
 scripts/setup.sh --packages
 
@@ -83,7 +84,7 @@ files() {
 new_files() { comm -13 <(echo "$before") <(files); }
 before=$(files)
 
-names=(brachyd libbrachy-dev libbrachyd-client0 libbrachyd-client-dev)
+names=(brachyd libbrachy-dev libbrachyd-client0 libbrachyd-client-dev python3-brachyd)
 install() { apt install "${packages[@]/#*\//\/tmp\/}"; }
 install
 say "installed: $(new_files | wc -l) files and folders; $(inside brachyd --version)"
@@ -157,6 +158,11 @@ say "no DCMTK in brachyd and brachy, only in brachyd-import"
 dpkg-deb -c "${lab[0]}" | grep ' ./usr/bin/brachy-study$' >/dev/null || fail "brachyd-lab has no brachy-study"
 said=$(inside brachy compare 2>&1) && fail "brachy compare ran without brachyd-lab"
 grep -q "install the package brachyd-lab" <<<"$said" || fail "brachy compare says: $said"
+
+# Python's package steers, with what it depends on alone; nothing is left of it afterwards, its byte code neither.
+cp tests/package/python_package.py "$root/tmp/"
+said=$(inside python3 /tmp/python_package.py /usr/lib/python3/dist-packages) || fail "python3-brachyd does not run"
+say "python3-brachyd: $said"
 
 # A changed scene outlives an upgrade and a removal.
 echo '# mine' >>"$root/etc/brachyd/scene.toml"

@@ -40,8 +40,12 @@ if(DPKG_DEB AND DPKG_SHLIBDEPS)
   if(LAB)
     math(EXPR expected "${expected} + 1")  # brachyd-lab
   endif()
+  file(GLOB module ${BUILD}/python/brachyd_engine*.so)
+  if(module)
+    math(EXPR expected "${expected} + 1")  # python3-brachyd, where pybind11 is installed
+  endif()
   if(NOT count EQUAL expected)
-    message(FATAL_ERROR "brachyd, libbrachy-dev, libbrachyd-client0 and -dev, with DCMTK brachyd-import, and with the laboratory brachyd-lab expected, not: ${packages}")
+    message(FATAL_ERROR "brachyd, libbrachy-dev, libbrachyd-client0 and -dev, with DCMTK brachyd-import, with pybind11 python3-brachyd, and with the laboratory brachyd-lab expected, not: ${packages}")
   endif()
   foreach(package ${packages})
     run(${DPKG_DEB} -x ${package} ${WORK}/root)
@@ -61,6 +65,11 @@ if(DPKG_DEB AND DPKG_SHLIBDEPS)
     endif()
   endforeach()
   run(${WORK}/root/usr/bin/brachyd --check-config ${WORK}/root/etc/brachyd/scene.toml)
+  # Python's package has all that its environments need, and runs from where it is.
+  if(module)
+    run(${CMAKE_COMMAND} -E env --unset=PYTHONPATH /usr/bin/python3 ${SOURCE}/tests/package/python_package.py
+        ${WORK}/root/usr/lib/python3/dist-packages ${SOURCE}/apps/python/brachyd)
+  endif()
   # The bill of materials has both packages and what they depend on.
   run(python3 ${SOURCE}/scripts/package/sbom.py ${packages})
   string(JSON version GET "${output}" spdxVersion)

@@ -121,6 +121,72 @@ class Views(unittest.TestCase):
         np.testing.assert_array_equal(positions, expected)
 
 
+class Observations(unittest.TestCase):
+    def test_a_row_has_what_the_properties_have(self):
+        simulator = brachyd.Simulator(text='[tissue]\npoints = 1200\nphantom_surface_vertices = 400\n'
+                                      '[needle]\nflexible = true\nbevel_force_share = 0.2\n')
+        at = simulator.observation_fields
+        self.assertEqual(len(simulator.observe()), max(field.stop for field in at.values()))
+        X = insertion(at=(5, 5))
+        ticks = simulator.run(X)
+        row, needle, certificate = simulator.observe(), simulator.needles[0], simulator.certificate
+        self.assertTrue(np.isfinite(row).all())
+        np.testing.assert_allclose(row[at["tip_mm"]], needle.shape[-1], rtol=1e-6)  # float on the wire
+        np.testing.assert_array_equal(row[at["tip_mm"]], ticks.tip_mm[-1, 0])
+        np.testing.assert_allclose(row[at["bend_mm"]][:2], row[at["tip_mm"]][:2] - X[-1, :2, 3], atol=1e-9)
+        self.assertAlmostEqual(np.linalg.norm(row[at["tip_axis"]]), 1, places=9)
+        for name, value in (("force_n", needle.forces.force_n), ("axial_n", needle.forces.axial_n),
+                            ("lateral_n", needle.forces.lateral_n), ("friction_n", needle.forces.friction_n),
+                            ("cutting_n", needle.forces.cutting_n), ("tip_depth_mm", needle.tip_depth_mm),
+                            ("contact", 2), ("organs_in", 0), ("verdict", certificate.verdict),
+                            ("det_bound", certificate.det_bound), ("substeps", certificate.substeps),
+                            ("max_displacement_mm", simulator.max_displacement_mm),
+                            ("step_flags", simulator.step_flags), ("lag_mm", 0)):
+            np.testing.assert_array_equal(row[at[name]], np.atleast_1d(value), name)
+        # A seed that is dropped there rests at the tip's material point.
+        seed, = simulator.drop(X[-1])
+        np.testing.assert_allclose(row[at["tip_rest_mm"]], seed.rest, atol=0.05)
+        self.assertGreater(np.linalg.norm(row[at["tip_mm"]] - seed.rest), 1.0, "not where it is deformed")
+
+    def test_a_needle_in_an_organ_says_so(self):
+        simulator = brachyd.Simulator(text=SMALL)
+        at = simulator.observation_fields
+        simulator.run(insertion(at=(0, 0)))  # through the urethra
+        row = simulator.observe()
+        self.assertEqual((row[at["organs_in"]][0], row[at["organ_passes"]][0]), (1, 1))
+
+    def test_the_row_is_the_callers(self):
+        simulator = brachyd.Simulator(text=SMALL)
+        rows = np.zeros((2, len(simulator.observe())))
+        self.assertIs(simulator.observe(out=rows[1]).base, rows)
+        np.testing.assert_array_equal(rows[1], simulator.observe())
+        for out in (np.zeros(3), np.zeros(len(rows[0]), dtype=np.float32), rows[:, :1],
+                    np.zeros(2 * len(rows[0]))[::2]):
+            with self.assertRaises((ValueError, TypeError)):
+                simulator.observe(out=out)
+        with self.assertRaisesRegex(IndexError, "needle 1, and the scene has 1"):
+            simulator.observe(1)
+
+    def test_depths_are_those_inside_tissue_and_organs(self):
+        inside = brachyd.Simulator(text=SMALL).depths_of([[0, -2, 0], [10, -2, 0], [0, 0, 100]])
+        self.assertEqual(list(inside)[0], "tissue")
+        self.assertGreater(inside["urethra"][0], 0)
+        self.assertLess(inside["urethra"][1], -6)
+        self.assertGreater(inside["tissue"][1], 5)
+        self.assertAlmostEqual(inside["tissue"][2], -77.5, delta=1.0)
+
+    def test_another_of_the_same_scene_is_on_its_own(self):
+        one = brachyd.Simulator(text=SMALL, with_hash=True)
+        one.run(insertion())
+        two = brachyd.Simulator(like=one, with_hash=True)
+        self.assertEqual(two.tick, 0)
+        np.testing.assert_array_equal(two.positions, two.rest_positions)
+        two.run(insertion())
+        self.assertEqual(two.state_hash, one.state_hash)
+        with self.assertRaisesRegex(ValueError, "like"):
+            brachyd.Simulator(text=SMALL, like=one)
+
+
 class Physics(unittest.TestCase):
     def test_the_certificate_forces_and_seeds_are_those_of_the_wire(self):
         simulator = brachyd.Simulator(text=SMALL)
@@ -239,23 +305,6 @@ class Examples(unittest.TestCase):
     def test_ticks_are_counted(self):
         self.assertRegex(self.run_example("ticks_per_second.py", "psi31", "400"),
                          r"14560 points, in one call: \d+ ticks/s")
-
-    def test_steering_beats_pushing(self):
-        sys.path.insert(0, str(EXAMPLES))
-        import needle_steering
-        environment = needle_steering.NeedleSteering()
-        observation, info = environment.reset(seed=3)
-        self.assertEqual(observation.shape, (environment.observation_size,))
-        observation, reward, terminated, truncated, info = environment.step([1, 0])
-        self.assertEqual((terminated, truncated), (False, False))
-        self.assertTrue(np.isfinite(observation).all() and np.isfinite(reward))
-        again = environment.reset(seed=3)[0], environment.step([1, 0])[0]
-        np.testing.assert_array_equal(again[1], observation)
-        scores = {policy: [needle_steering.play(environment, policy, seed) for seed in range(3)]
-                  for policy in (needle_steering.straight, needle_steering.steered)}
-        straight, steered = (np.mean(scores[policy], axis=0) for policy in scores)
-        self.assertGreater(steered[0], straight[0], "reward")
-        self.assertLess(steered[1], straight[1], "the seed's error")
 
 
 if __name__ == "__main__":

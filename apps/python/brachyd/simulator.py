@@ -7,7 +7,7 @@ from __future__ import annotations
 import importlib
 from dataclasses import dataclass
 from os import PathLike
-from typing import TYPE_CHECKING, Any, List, Optional, Tuple, Union, cast
+from typing import TYPE_CHECKING, Any, Dict, Iterable, List, Optional, Tuple, Union, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -21,20 +21,25 @@ if TYPE_CHECKING:
 Flags = npt.NDArray[np.bool_]
 
 
-def _new_engine(scene: Optional[Union[str, "PathLike[str]"]], text: Optional[str], with_hash: bool,
-                threads: Optional[int], simd: str) -> Engine:
+def _engine_module() -> Any:
     for name in (f"{__package__}.brachyd_engine", "brachyd_engine"):  # installed with the package, or on the path
         try:
-            module = importlib.import_module(name)
-            break
+            return importlib.import_module(name)
         except ModuleNotFoundError:
             continue
-    else:
-        raise ImportError(
-            "brachyd.Simulator needs the module brachyd_engine: build it (scripts/setup.sh --python; "
-            "scripts/build.sh release brachyd_engine) and set PYTHONPATH=build/release/python, or install with "
-            "BRACHYD_ENGINE=build/release/python pip install ./apps/python")
-    return cast("Engine", module.Engine(file=scene, text=text, with_hash=with_hash, threads=threads, simd=simd))
+    raise ImportError(
+        "brachyd.Simulator needs the module brachyd_engine: build it (scripts/setup.sh --python; "
+        "scripts/build.sh release brachyd_engine) and set PYTHONPATH=build/release/python, or install with "
+        "BRACHYD_ENGINE=build/release/python pip install ./apps/python")
+
+
+def slices_of(fields: Iterable[Tuple[str, int]], start: int = 0) -> Dict[str, slice]:
+    """Where each field is in a row that has them one after the other, from `start` on."""
+    found = {}
+    for name, size in fields:
+        found[name] = slice(start, start + size)
+        start += size
+    return found
 
 
 @dataclass
@@ -67,14 +72,24 @@ class Simulator:
     a pose is not rigid to 1e-3, not finite or beyond 10 m; no tick is made then.
     Threads: one at a time, else RuntimeError. Python's lock is free while ticks are made, so that several simulators
     run on several threads. `positions` may be read meanwhile, and may then be of two ticks.
+    `like`: a simulator whose scene it is; both share its model, so that a second one takes neither its time nor its
+    memory. They may run on different threads.
     """
 
     def __init__(self, scene: Optional[Union[str, "PathLike[str]"]] = None, *, text: Optional[str] = None,
-                 with_hash: bool = False, threads: Optional[int] = None, simd: str = "") -> None:
-        self._engine = _new_engine(scene, text, with_hash, threads, simd)
+                 with_hash: bool = False, threads: Optional[int] = None, simd: str = "",
+                 like: Optional["Simulator"] = None) -> None:
+        module = _engine_module()
+        if like is None:
+            self._engine: Engine = module.Engine(file=scene, text=text, with_hash=with_hash, threads=threads, simd=simd)
+        elif scene is None and text is None and threads is None and not simd:
+            self._engine = module.Engine(like=like._engine, with_hash=with_hash)
+        else:
+            raise ValueError("like: the scene, its threads and simd are those of the other simulator")
+        self._fields: Dict[str, slice] = slices_of(module.OBSERVATION_FIELDS)
 
     def reset(self) -> None:
-        """The tissue at rest, tick 0, no seeds. Takes milliseconds; arrays that were given out show it."""
+        """The tissue at rest, tick 0, no seeds. Takes a millisecond; arrays that were given out show it."""
         self._engine.reset()
 
     def step(self, poses: Optional[npt.ArrayLike] = None, buttons: Optional[npt.ArrayLike] = None) -> None:
@@ -109,6 +124,24 @@ class Simulator:
             needle.shape = shape
             found.append(needle)
         return found
+
+    @property
+    def observation_fields(self) -> Dict[str, slice]:
+        """What observe() gives, and where: tip_mm, force_n … as apps/python/engine/observation.h has them."""
+        return self._fields
+
+    def observe(self, needle: int = 0, out: Optional[Array] = None) -> Array:
+        """The last tick of one needle in a row of numbers, all finite, as observation_fields says; into `out`, a
+        row of float64 without gaps, if that is given."""
+        if out is None:
+            out = np.empty(max(where.stop for where in self._fields.values()))
+        self._engine.observe(needle, out)
+        return out
+
+    def depths_of(self, points: npt.ArrayLike) -> Dict[str, Array]:
+        """By how much each of n×3 points, at rest, lies inside the tissue ("tissue") and inside each organ that needles
+        are tested against, by name, mm; < 0 outside."""
+        return self._engine.depths_of(np.asarray(points, dtype=np.float64))
 
     def drops(self, needle: int = 0) -> Drops:
         return Drops(*self._engine.drops(needle))

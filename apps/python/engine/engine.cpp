@@ -9,15 +9,21 @@
 namespace brachy {
 
 Engine::Engine(const Scene& scene, bool with_hash)
-    : scene_(scene), model_(load_simulation_model(scene, load_tissue(scene).tissue)) {
+    : Engine(scene, load_simulation_model(scene, load_tissue(scene).tissue), with_hash) {}
+
+Engine::Engine(const Engine& like, bool with_hash) : Engine(like.scene_, like.model_, with_hash) {}
+
+Engine::Engine(Scene scene, std::shared_ptr<const SimulationModel> model, bool with_hash)
+    : scene_(std::move(scene)), model_(std::move(model)) {
   simulator_ = std::make_unique<Simulator>(model_);
+  simulator_->save(at_rest_);
   state_ = simulator_->initial_state();
   rest_ = state_.mesh.deformed_vertices;
   if (with_hash) hash_.emplace();
 }
 
 void Engine::reset() {
-  simulator_ = std::make_unique<Simulator>(model_);
+  simulator_->restore(at_rest_);
   const MeshState rest = simulator_->initial_state();
   // Copied in place, since views of the vertices stay valid.
   std::ranges::copy(rest.mesh.deformed_vertices, state_.mesh.deformed_vertices.begin());
@@ -57,6 +63,18 @@ std::vector<double> Engine::dose_at(std::span<const Vec3> points) {
   std::vector<double> gy;
   for (const Vec3& p : points) gy.push_back(grid.at(p));
   return gy;
+}
+
+std::vector<std::pair<std::string, std::vector<double>>> Engine::depths_of(
+    std::span<const Vec3> points) const {
+  std::vector<std::pair<std::string, std::vector<double>>> all;
+  const auto add = [&](const std::string& name, const SurfaceBvh& surface) {
+    auto& depths = all.emplace_back(name, std::vector<double>()).second;
+    for (const Vec3& p : points) depths.push_back(-surface.closest_point(p).signed_distance);
+  };
+  add("tissue", model_->surface);
+  for (const TestedOrgan& organ : model_->organs) add(organ.name, *organ.surface);
+  return all;
 }
 
 }  // namespace brachy

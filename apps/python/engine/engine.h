@@ -4,6 +4,8 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "core/brachytherapy/dose/implant_dose.h"
@@ -22,8 +24,11 @@ class Engine {
   /// Loads meshes, regions and plan of the scene. `with_hash`: every tick is added to the hash, which takes longer
   /// than a tick of the cheapest models. Errors: UserError as load_tissue and load_simulation_model.
   Engine(const Scene& scene, bool with_hash);
+  /// Another run of the scene of `like`, at rest. They share the model and its tables, which nobody changes: they may
+  /// run on different threads.
+  Engine(const Engine& like, bool with_hash);
 
-  /// The tissue at rest again, tick 0, no seeds, a hash of nothing. The model is not made again.
+  /// The tissue at rest again, tick 0, no seeds, a hash of nothing. Neither the model nor its field is made again.
   void reset();
   /// One tick with the instruments at `poses`, by id; fewer than the scene has: the others are not there.
   void step(std::span<const NeedlePose> poses) noexcept;
@@ -43,12 +48,18 @@ class Engine {
   /// Gy at each of `points`; NaN outside the grid around the prostate.
   std::vector<double> dose_at(std::span<const Vec3> points);
 
+  /// By how much each of `points`, at rest, lies inside the tissue ("tissue", the first) and inside each organ that
+  /// needles are tested against, mm; < 0 outside.
+  std::vector<std::pair<std::string, std::vector<double>>> depths_of(std::span<const Vec3> points) const;
+
  private:
+  Engine(Scene scene, std::shared_ptr<const SimulationModel> model, bool with_hash);
   ImplantDose& updated_dose();
 
   Scene scene_;
   std::shared_ptr<const SimulationModel> model_;
   std::unique_ptr<Simulator> simulator_;
+  std::vector<std::byte> at_rest_;  // the simulator's state, which reset() restores
   MeshState state_;  // its vectors keep their place from reset to reset: Python has views of them
   std::optional<StateHash> hash_;
   std::vector<float> rest_;

@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "apps/python/engine/engine.h"
+#include "apps/python/engine/observation.h"
 #include "apps/python/engine/pose_arrays.h"
 #include "core/base/error.h"
 #include "core/base/version.h"
@@ -33,6 +34,17 @@ py::array view_of(const T* data, py::ssize_t rows, const py::object& owner) {
 
 py::array_t<double> array_of(const Vec3& v) {
   return py::array_t<double>(3, v.data());
+}
+py::array_t<double> array_of(const std::vector<double>& values) {
+  return py::array_t<double>(static_cast<py::ssize_t>(values.size()), values.data());
+}
+/// Of an array n×3.
+std::vector<Vec3> points_of(const Numbers& points) {
+  if (points.ndim() != 2 || points.shape(1) != 3) throw py::value_error("points are an array n×3, mm");
+  std::vector<Vec3> all;
+  for (py::ssize_t i = 0; i < points.shape(0); ++i)
+    all.emplace_back(points.at(i, 0), points.at(i, 1), points.at(i, 2));
+  return all;
 }
 py::array_t<double> array_of(const RigidTransform& X) {
   py::array_t<double> matrix({4, 4});
@@ -111,6 +123,8 @@ class PyEngine {
     if (!simd.empty()) scene.engine.simd = simd;
     engine_ = std::make_unique<Engine>(with_choice(scene), with_hash);
   }
+  PyEngine(const PyEngine& like, bool with_hash)
+      : engine_(std::make_unique<Engine>(*like.engine_, with_hash)) {}
 
   /// Poses t×n×(3|4)×4 and buttons t×n, or none. With `columns` a row for each tick.
   void run(const Numbers& poses, const std::optional<Flags>& buttons, ColumnWriter* columns) {
@@ -180,12 +194,25 @@ class PyEngine {
 
   py::array_t<double> dose_at(const Numbers& points) {
     const Busy busy(*this);
-    if (points.ndim() != 2 || points.shape(1) != 3) throw py::value_error("points are an array n×3, mm");
-    std::vector<Vec3> all;
-    for (py::ssize_t i = 0; i < points.shape(0); ++i)
-      all.emplace_back(points.at(i, 0), points.at(i, 1), points.at(i, 2));
-    const std::vector<double> gy = engine_->dose_at(all);
-    return py::array_t<double>(static_cast<py::ssize_t>(gy.size()), gy.data());
+    return array_of(engine_->dose_at(points_of(points)));
+  }
+
+  py::dict depths_of(const Numbers& points) const {
+    py::dict all;
+    for (const auto& [name, depths] : engine_->depths_of(points_of(points)))
+      all[py::str(name)] = array_of(depths);
+    return all;
+  }
+
+  /// Into `out`, so that a loop of ticks allocates nothing.
+  void observe(std::size_t id, py::array_t<double, py::array::c_style>& out) const {
+    if (out.ndim() != 1 || out.shape(0) != static_cast<py::ssize_t>(kObservationSize))
+      throw py::value_error(fmt::format("an observation has {} numbers", kObservationSize));
+    if (id >= engine_->instrument_count())
+      throw py::index_error(fmt::format("needle {}, and the scene has {}", id, engine_->instrument_count()));
+    const Engine& engine = *engine_;
+    write_observation(engine.state(), engine.simulator(), id,
+                      std::span<double, kObservationSize>(out.mutable_data(), kObservationSize));
   }
 
   py::tuple needle(std::size_t id) const {
@@ -276,6 +303,14 @@ py::ssize_t size_of(const std::vector<T>& values) {
   return static_cast<py::ssize_t>(values.size());
 }
 
+/// (name, number of numbers) of an observation's parts, in their order.
+py::tuple observation_fields() {
+  py::list fields;
+  for (const ObservationField& field : kObservationFields)
+    fields.append(py::make_tuple(std::string(field.name), field.size));
+  return py::tuple(fields);
+}
+
 void define_engine(py::module_& module) {
   const auto summary = [](const PyEngine& e) -> const TickSummary& { return e.engine().state().summary; };
   py::class_<PyEngine>(module, "Engine")
@@ -283,11 +318,14 @@ void define_engine(py::module_& module) {
                     const std::optional<int>&, const std::string&>(),
            py::kw_only(), py::arg("file") = py::none(), py::arg("text") = py::none(),
            py::arg("with_hash") = false, py::arg("threads") = py::none(), py::arg("simd") = "")
+      .def(py::init<const PyEngine&, bool>(), py::kw_only(), py::arg("like"), py::arg("with_hash") = false)
       .def("reset", &PyEngine::reset)
       .def("step", &PyEngine::step, py::arg("poses"), py::arg("buttons") = py::none())
       .def("run", &PyEngine::run_rows, py::arg("poses"), py::arg("buttons") = py::none())
       .def("dose", &PyEngine::dose)
       .def("dose_at", &PyEngine::dose_at, py::arg("points"))
+      .def("depths_of", &PyEngine::depths_of, py::arg("points"))
+      .def("observe", &PyEngine::observe, py::arg("id"), py::arg("out").noconvert())
       .def("needle", &PyEngine::needle, py::arg("id"))
       .def("drops", &PyEngine::drops, py::arg("id"))
       .def("seeds", &PyEngine::seeds)
@@ -328,5 +366,6 @@ PYBIND11_MODULE(brachyd_engine, module) {
   module.doc() = "The engine of brachyd, for apps/python/brachyd/simulator.py.";
   module.attr("__version__") = brachy::version();
   pybind11::register_exception<brachy::UserError>(module, "SceneError", PyExc_ValueError);
+  module.attr("OBSERVATION_FIELDS") = brachy::observation_fields();
   brachy::define_engine(module);
 }
