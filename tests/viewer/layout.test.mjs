@@ -7,6 +7,7 @@ import {after, afterEach, before, beforeEach, test} from 'node:test';
 import {fileURLToPath} from 'node:url';
 import {comesTrue, launch, newPanelsPage} from './browser.mjs';
 import {Daemon} from './daemon.mjs';
+import {playSession} from './played_sessions.mjs';
 import './viewer_module.mjs';
 
 const artefacts = resolve(process.env.BRACHY_ARTEFACTS ?? 'build/release/viewer-artefacts', 'layout');
@@ -25,7 +26,9 @@ before(async () => {
   writeFileSync(scene, `name = "layout"\n[tissue]\npoints = 3000\nphantom_surface_vertices = 400\n[model]\nkernel = "psi31"\n[plan]\nfile = "${exercises}plans/02_one_train.toml"\n[seeds]\napplicator = "train"\n`);
   // An exercise beside the scene, so that the tab is there.
   writeFileSync(join(artefacts, 'task.toml'), readFileSync(join(exercises, '02_one_train.toml'), 'utf8').replace(/^scene = .*$/m, 'scene = "scene.toml"'));
-  daemon = await Daemon.start(scene, join(artefacts, 'brachyd.log'));
+  const sessions = join(artefacts, 'class');
+  await playSession(join(artefacts, 'played'), sessions, 'urethra', 'a trainee with a name that is as long as some are');
+  daemon = await Daemon.start(scene, join(artefacts, 'brachyd.log'), undefined, ['--sessions', sessions]);
   browser = await launch();
 });
 beforeEach(async () => {  // a page that has drawn in software for minutes takes much memory
@@ -88,13 +91,26 @@ const visible = (id) => page.locator(id).isVisible();
 
 /** Every panel of the layout, one after the other. */
 async function tabs(check) {
-  for (const tab of ['needle', 'dose', 'plan', 'ultrasound', 'exercise']) {
+  for (const tab of ['needle', 'dose', 'plan', 'ultrasound', 'exercise', 'debrief']) {
     if (!(await visible(`#tab-${tab}`))) continue;
     await page.locator(`#tab-${tab}`).click();
     if (tab === 'ultrasound') await comesTrue(page, 'brachy.images.length > 0');
     if (tab === 'plan') await page.locator('#plan-grid button.planned').first().click();
     await check(tab);
   }
+}
+
+/** A session and the same beside it: panel, time line and both views. */
+async function debrief(check) {
+  const first = page.locator('#debrief-sessions button', {hasText: 'a trainee with a name'}).first();
+  await first.click();
+  await comesTrue(page, 'brachy.recording.state === "ready" && brachy.debrief.findings.length > 0');
+  await page.locator('#debrief-beside').selectOption({index: 2});
+  await comesTrue(page, 'brachy.debrief.besideS >= 0');
+  await check('debrief of a session');
+  await page.locator('#debrief-findings button').first().click();  // closes a drawer
+  await page.locator('#right').evaluate((drawer) => Promise.all(drawer.getAnimations().map((each) => each.finished)));
+  await check('at a finding');
 }
 
 const only = process.env.BRACHY_LAYOUT;
@@ -120,6 +136,7 @@ for (const layout of ['trainee', 'trainee&exam', 'teacher', 'research'].filter((
         }
       }
       await tabs(note);
+      if (layout === 'teacher') await debrief(note);
       await page.screenshot({path: join(artefacts, `${layout.replace('&', '-')}-${width}.png`)});
     }
     assert.deepEqual(found, []);

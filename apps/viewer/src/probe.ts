@@ -4,6 +4,7 @@ import type {Session} from './model/session.js';
 import {Subscription} from './protocol/server_messages.js';
 import type {LiveConnection} from './transport/live.js';
 import type {UltrasoundConsole} from './ultrasound/console.js';
+import type {Debrief} from './ui/debrief.js';
 import type {ExercisePanel} from './ui/exercise.js';
 import type {HandPanel} from './ui/hand.js';
 import type {Playback} from './ui/playback.js';
@@ -42,7 +43,7 @@ export class UploadCount {
   }
 }
 
-export function expose(session: Session, live: LiveConnection, playback: Playback, viewport: Viewport, uploads: UploadCount, scanner: UltrasoundConsole, exercise: ExercisePanel, volume: VolumePanel, hand: HandPanel): void {
+export function expose(session: Session, live: LiveConnection, playback: Playback, debrief: Debrief, viewport: Viewport, uploads: UploadCount, scanner: UltrasoundConsole, exercise: ExercisePanel, volume: VolumePanel, hand: HandPanel): void {
   const brachy = {
     get connection() {  // 'connecting', 'open', 'waiting', 'refused' or 'off', with the problem in words
       return {phase: live.status.phase, problem: 'problem' in live.status ? live.status.problem : '', reconnects: live.reconnects};
@@ -55,6 +56,7 @@ export function expose(session: Session, live: LiveConnection, playback: Playbac
       const perS = frame && frame.tick > 0 ? Math.round(frame.tick / frame.simTimeS) : 0;
       return {missedBefore: session.missedBefore, missed: frame?.overruns ?? 0, perSecond: session.tickRate.perSecond(performance.now()), nominalPerSecond: playback.player ? 0 : perS};
     },
+    get simTimeS() { return session.frame?.simTimeS ?? NaN; },
     get tick() { return session.frame?.tick ?? 0; },
     get points() { return session.topology?.pointCount ?? 0; },
     positions: () => session.assembler.positions.slice(),  // 3N, mm, as of `tick`
@@ -129,8 +131,13 @@ export function expose(session: Session, live: LiveConnection, playback: Playbac
     get firstMeshMs() { return performance.getEntriesByName('first-mesh')[0]?.startTime ?? NaN; },
     get recording() {
       const player = playback.player;
-      return {state: playback.state, positionS: player?.positionS ?? NaN, durationS: player?.durationS ?? NaN, playing: player?.playing ?? false, damage: player?.damage ?? ''};
+      return {state: playback.state, opened: playback.opened, positionS: player?.positionS ?? NaN, durationS: player?.durationS ?? NaN, playing: player?.playing ?? false, damage: player?.damage ?? ''};
     },
+    get marks() { return playback.marks; },
+    get debrief() {
+      return {sessions: debrief.choices.map(({listed}) => listed.session), findings: playback.findings.map((finding) => ({...finding, timeS: playback.timeOf(finding)})), besideS: debrief.beside.player?.positionS ?? NaN};
+    },
+    get kept() { return {bytes: live.lastMinutes.bytes, seconds: live.lastMinutes.seconds}; },
   };
   Object.assign(window, {brachy: Object.freeze(brachy)});
 }
