@@ -1,5 +1,5 @@
 // The teacher's side: a class's sessions in the browser. A scripted teacher finds the mistake of each recorded session within three
-// clicks: two sessions here, ten where BRACHY_SESSIONS is "all" (scripts/nightly.sh).
+// clicks: two sessions here, ten where BRACHY_SESSIONS is "all" (scripts/campaigns/browser.sh).
 import assert from 'node:assert/strict';
 import {execFileSync} from 'node:child_process';
 import {mkdirSync, readFileSync, readdirSync, rmSync} from 'node:fs';

@@ -1,5 +1,5 @@
 // Shipped exercises, done in the page alone by keys, mouse or touch: passed, begun again, failed by a planted mistake, and the result
-// read each time. Exercises 01 and 02 here; BRACHY_EXERCISES names others (01,02,…) or "all", as scripts/nightly.sh does.
+// read each time. Exercises 01 and 02 here; BRACHY_EXERCISES names others (01,02,…) or "all", as scripts/campaigns/browser.sh does.
 import assert from 'node:assert/strict';
 import {mkdirSync, readdirSync, rmSync} from 'node:fs';
 import {join, resolve} from 'node:path';
@@ -12,10 +12,10 @@ import './viewer_module.mjs';
 const artefacts = resolve(process.env.BRACHY_ARTEFACTS ?? 'build/release/viewer-artefacts', 'exercises');
 const scenes = fileURLToPath(new URL('../../config/exercises/scenes/', import.meta.url));
 const sessions = join(artefacts, 'class');
-/** Of seeds: the volume study and the catheters of a fraction are done with other tools of the page. */
-const OF_SEEDS = /^(0\d|10)_/;
+/** But the volume study, which has a test of its own (volume_study.test.mjs). */
+const WITH_NEEDLES = /^(?!11_)/;
 const asked = process.env.BRACHY_EXERCISES ?? '01,02';
-const exercises = readdirSync(scenes).filter((name) => name.endsWith('.toml') && OF_SEEDS.test(name) && (asked === 'all' || asked.split(',').includes(name.slice(0, 2)))).sort();
+const exercises = readdirSync(scenes).filter((name) => name.endsWith('.toml') && WITH_NEEDLES.test(name) && (asked === 'all' || asked.split(',').includes(name.slice(0, 2)))).sort();
 const ways = (process.env.BRACHY_WAYS ?? 'keys,mouse,touch').split(',');
 /** Of a planted mistake. */
 const SHALLOW_MM = 9;
@@ -58,7 +58,16 @@ class Trainee {
       await this.page.locator('#help-button').focus();
       await this.page.keyboard.press('n');
     } else await this.press('#take');
-    await comesTrue(this.page, 'brachy.needle !== null && brachy.heldNeedle >= 0');
+    await comesTrue(this.page, 'brachy.heldNeedle >= 0 && Number.isFinite(brachy.depthBeyondTemplateMm)');
+  }
+
+  /** Lets go of the needle, which stays where it is. */
+  async release() {
+    if (this.way === 'keys') {
+      await this.page.locator('#help-button').focus();
+      await this.page.keyboard.press('n');
+    } else await this.press('#take');
+    await comesTrue(this.page, 'brachy.heldNeedle < 0');
   }
 
   /** A list that the system draws is beyond a page's mouse and touches: those choose by the list's own events. */
@@ -142,16 +151,33 @@ class Trainee {
     await this.goTo(5);
   }
 
-  /** Asks for the result, as often as it takes to get one of the session as it is now, and reads it. */
-  async result() {
+  /** The catheters of a fraction, which stay in. */
+  async insert({only = Infinity} = {}) {
+    const used = new Set();
+    for (const [number, {hole, depthMm}] of (await this.page.evaluate('brachy.plannedNeedles')).entries()) {
+      if (number >= only) break;
+      await this.choose(hole);
+      await this.take();
+      const held = await this.page.evaluate('brachy.heldNeedle');
+      assert.ok(!used.has(held), `catheter ${held} is in, and another was to be taken`);
+      used.add(held);
+      await this.goTo(depthMm);
+      await this.release();
+    }
+  }
+
+  /** Asks for the result, as often as it takes to get one of the session as it is now, and reads it. An earlier one is good for 2 s, and
+   * catheters are looked at four times a second. `left`: those that are not in. */
+  async result(passes, left = 0) {
     let result;
     const seeds = (await this.page.evaluate('brachy.seeds')).length;
     await waitFor(async () => {
       await this.press('#exercise-check');
       await comesTrue(this.page, 'brachy.exercise.result !== null && brachy.exercise.result.state !== "scoring"');
       result = await this.page.evaluate('brachy.exercise.result');
+      const missing = Number(/catheters missing (\d+)/.exec(JSON.stringify(result))?.[1] ?? NaN);
       const placed = Number(/seeds placed (\d+)/.exec(JSON.stringify(result))?.[1] ?? NaN);
-      return result.state === 'scored' && (Number.isNaN(placed) || placed > 0 || seeds === 0);
+      return result.state === 'scored' && result.passed === passes && (Number.isNaN(missing) ? Number.isNaN(placed) || placed > 0 || seeds === 0 : missing === left);
     }, () => JSON.stringify(result));
     return {...result, said: await this.page.locator('#exercise-verdict').textContent(), lines: await this.page.locator('#exercise-lines li').allTextContents()};
   }
@@ -164,24 +190,26 @@ for (const [number, scene] of exercises.entries()) {
     const page = await newPanelsPage(browser, {viewport: {width: 1366, height: 768}, hasTouch: way === 'touch'});
     page.on('pageerror', (error) => errors.push(error.message));
     await page.goto(`${daemon.url}?as=trainee`);
-    await comesTrue(page, 'brachy.frames > 3 && brachy.plan !== null && brachy.exercise.offered.length > 0');
+    await comesTrue(page, 'brachy.frames > 3 && brachy.plannedNeedles.length > 0 && brachy.exercise.offered.length > 0');
     const trainee = new Trainee(page, way);
-    const needles = (await page.evaluate('brachy.plan')).needles.length;
+    const needles = (await page.evaluate('brachy.plannedNeedles')).length;
+    const isHdr = await page.evaluate('brachy.plan === null');
 
-    await trainee.implant();
-    const passed = await trainee.result();
+    await (isHdr ? trainee.insert() : trainee.implant());
+    const passed = await trainee.result(true);
     await page.screenshot({path: join(artefacts, `${scene}-passed.png`)});
     assert.equal(passed.passed, true, JSON.stringify(passed));
     assert.equal(passed.said, 'Passed so far');
 
     await trainee.press('#exercise-again');
-    await comesTrue(page, 'brachy.connection.phase === "open" && brachy.frames > 3 && brachy.seeds.length === 0 && brachy.exercise.result === null && brachy.plan !== null');
-    await trainee.implant(needles > 4 ? {only: 2} : {off: -SHALLOW_MM});
-    const failed = await trainee.result();
+    await comesTrue(page, 'brachy.connection.phase === "open" && brachy.frames > 3 && brachy.seeds.length === 0 && brachy.exercise.result === null && brachy.needle === null && brachy.plannedNeedles.length > 0');
+    if (isHdr) await trainee.insert({only: 1});
+    else await trainee.implant(needles > 4 ? {only: 2} : {off: -SHALLOW_MM});
+    const failed = await trainee.result(false, isHdr ? needles - 1 : 0);
     await page.screenshot({path: join(artefacts, `${scene}-failed.png`)});
     assert.equal(failed.passed, false, JSON.stringify(failed));
     assert.equal(failed.said, 'Not passed so far');
-    assert.ok((failed.findings ?? []).some((text) => (needles > 4 ? /left no seed in place/ : /too shallow/).test(text)), JSON.stringify(failed.findings));
+    assert.ok((failed.findings ?? []).some((text) => (isHdr ? /missing/ : needles > 4 ? /left no seed in place/ : /too shallow/).test(text)), JSON.stringify(failed.findings));
     await page.close();
     await daemon.stop();
   });

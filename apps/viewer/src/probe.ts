@@ -72,6 +72,9 @@ export function expose(session: Session, live: LiveConnection, playback: Playbac
     get plannedSeeds() { return session.plannedSeeds().size; },
     get plan() { return structuredClone(session.plan); },
     get depthMm() { return session.frame?.needles[0]?.forces?.tipDepthMm ?? NaN; },
+    get plannedNeedles() {  // by the plan at the daemon's start, also catheters
+      return (session.scene?.plannedNeedles ?? []).map(({hole, tip}) => ({hole, depthMm: session.depthBeyondTemplate(tip)}));
+    },
     get plannedPositions() { return Object.fromEntries(session.plannedSeeds()); },
     get template() { return structuredClone(session.scene?.template ?? null); },
     get planSectionMm() { return Number((document.getElementById('plan-section') as HTMLInputElement).value); },
@@ -87,8 +90,8 @@ export function expose(session: Session, live: LiveConnection, playback: Playbac
       return box;
     },
     get glandDepths() { return [session.surfaceBox().low, session.surfaceBox().high].map((place) => session.depthBeyondTemplate(place)); },
-    get depthBeyondTemplateMm() {  // of needle 0's tip
-      const needle = session.frame?.needles[0];
+    get depthBeyondTemplateMm() {  // of the tip of the needle that is held, else of needle 0
+      const needle = session.frame?.needles.find(({id}) => id === (hand.held ? hand.state.needle : 0));
       return (needle?.present ? session.depthBeyondTemplate([needle.pose[3]!, needle.pose[7]!, needle.pose[11]!]) : null) ?? NaN;
     },
     get handDepthMm() { return session.depthBeyondTemplate(hand.target) ?? NaN; },  // where the needle by hand is to go
