@@ -25,7 +25,7 @@ before(async () => {
   rmSync(artefacts, {recursive: true, force: true});
   mkdirSync(artefacts, {recursive: true});
   for (const name of ['as_planned', ...names]) planted[name] = await playSession(artefacts, sessions, name, `trainee ${name}`);
-  daemon = await Daemon.start(writeExercise(artefacts), join(artefacts, 'brachyd.log'), undefined, ['--sessions', sessions]);
+  daemon = await Daemon.start(writeExercise(artefacts).scene, join(artefacts, 'brachyd.log'), undefined, ['--sessions', sessions]);
   browser = await launch();
   const context = await browser.newContext({bypassCSP: true, acceptDownloads: true, viewport: {width: 1366, height: 768}});  // for axe
   page = await newPanelsPage(context, {});
@@ -127,7 +127,7 @@ test('the link to a moment opens it again', async () => {
   await page.locator('#debrief-link').click();
   await waitFor(async () => /#t=/.test(page.url()), () => page.url());
   const link = page.url();
-  assert.match(link, /as=teacher&session=0003_task_hole#t=\d/);
+  assert.match(link, /as=teacher&session=0003_urethra#t=\d/);
   const other = await newPanelsPage(page.context(), {});
   await other.goto(link);
   await comesTrue(other, `brachy.recording.state === "ready" && !brachy.recording.playing && Math.abs(brachy.recording.positionS - ${there}) < 0.01`);

@@ -132,7 +132,7 @@ test('the debrief of a session, and one beside it: nothing is cut off or covered
   const found = [];
   for (const [width, height] of [...SIZES, ...ZOOMED]) {
     await page.setViewportSize({width, height});
-    await page.goto(`${daemon.url}?as=teacher&session=0001_task_hole#t=3`);
+    await page.goto(`${daemon.url}?as=teacher&session=0001_urethra#t=3`);
     await comesTrue(page, 'brachy.recording.state === "ready" && brachy.debrief.findings.length > 0');
     const note = async (where) => found.push(...(await misplaced()).map((text) => `${width} × ${height}, ${where}: ${text}`));
     const settled = () => page.locator('#right').evaluate((drawer) => Promise.all(drawer.getAnimations().map((each) => each.finished)));

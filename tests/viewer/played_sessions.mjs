@@ -1,5 +1,5 @@
 // Sessions of a class, played in real time by brachyd's script into a directory of attempts: each with one planted mistake.
-import {mkdirSync, readFileSync, readdirSync, writeFileSync} from 'node:fs';
+import {mkdirSync, writeFileSync} from 'node:fs';
 import {join} from 'node:path';
 import {waitFor} from './browser.mjs';
 import {Daemon} from './daemon.mjs';
@@ -114,32 +114,37 @@ const AS_PLANNED = {play: (hand) => {
   return null;
 }};
 
-/** The scene of an exercise with two needles on a small phantom, for each session's loading. */
-export function writeExercise(folder, loading = 'hole') {
+const mistakeOf = (name) => MISTAKES[name] ?? AS_PLANNED;
+
+/** The scene of an exercise with two needles on a small phantom, in which the script moves as `name` does. */
+export function writeExercise(folder, name = 'as_planned') {
   mkdirSync(folder, {recursive: true});
-  const scene = join(folder, `scene_${loading}.toml`);
+  const {play, loading = 'hole'} = mistakeOf(name);
+  const hand = new Hand();
+  const planted = play(hand);
+  writeFileSync(join(folder, `${name}.csv`), hand.text());
   writeFileSync(join(folder, 'plan.toml'), ['name = "two"', 'source = "6711"', 'air_kerma_strength_u = 0.502', 'prescription_gy = 145', `base_plane_mm = ${BASE_PLANE_MM}`,
     ...NEEDLES.map(({hole}) => `[[needle]]\nhole = "${hole}"\nretraction_mm = 6\ntrain = "${TRAIN}"`), ''].join('\n'));
-  writeFileSync(scene, `name = "two"\n[tissue]\npoints = 3000\nphantom_surface_vertices = 400\n[model]\nkernel = "psi31"\n[device]\nkind = "scripted"\nloop = false\n[plan]\nfile = "plan.toml"\n[seeds]\napplicator = "train"\nloading = "${loading}"\n`);
-  writeFileSync(join(folder, `task_${loading}.toml`), `name = "two needles"\nasks = "Leave two seeds through each hole."\nscene = "scene_${loading}.toml"\n[passes]\nplaced_at_least = 4\nmean_error_mm_at_most = 3\norgan_passes_at_most = 0\ninsertions_at_most = 2\n`);
-  return scene;
+  const scene = join(folder, `scene_${name}.toml`);
+  writeFileSync(scene, `name = "two"\n[tissue]\npoints = 3000\nphantom_surface_vertices = 400\n[model]\nkernel = "psi31"\n[device]\nkind = "scripted"\ntrajectory = "${name}.csv"\nloop = false\n[plan]\nfile = "plan.toml"\n[seeds]\napplicator = "train"\nloading = "${loading}"\n`);
+  writeFileSync(join(folder, `${name}.toml`), `name = "two needles"\nasks = "Leave two seeds through each hole."\nscene = "scene_${name}.toml"\n[passes]\nplaced_at_least = 4\nmean_error_mm_at_most = 3\norgan_passes_at_most = 0\ninsertions_at_most = 2\n`);
+  return {scene, planted, lastS: hand.rows.at(-1)[0]};
 }
 
-/** The session time of the last pose that was recorded. */
-const recordedS = (session) => Number(readFileSync(join(session, 'poses.csv'), 'utf8').trimEnd().split('\n').at(-1).split(',')[0]) || 0;
+const PERIOD_S = 0.005;
+/** The simulated time of a daemon's last tick. */
+async function simulatedS(daemon) {
+  const metrics = await (await fetch(`${daemon.url}metrics`)).text();
+  return PERIOD_S * Number(/^brachy_ticks_total (\S+)$/m.exec(metrics)?.[1] ?? NaN);
+}
 
 /** Plays a session, `name` of MISTAKES or 'as_planned', into `sessions`. Resolves to what it planted: {hole, s}, `s` in session time, or
  * null. */
 export async function playSession(folder, sessions, name, trainee) {
-  const {play, loading = 'hole'} = MISTAKES[name] ?? AS_PLANNED;
-  const scene = writeExercise(folder, loading);
-  const hand = new Hand();
-  const planted = play(hand);
-  const motion = join(folder, `${name}.csv`);
-  writeFileSync(motion, hand.text());
-  const daemon = await Daemon.start(scene, join(folder, `${name}.log`), undefined, ['--sessions', sessions, '--trainee', trainee, '--trajectory', motion]);
-  const session = join(sessions, readdirSync(sessions).sort().at(-1));
-  await waitFor(() => recordedS(session) > hand.rows.at(-1)[0] - 0.03, () => `${recordedS(session)} of ${hand.rows.at(-1)[0]} s`);  // a busy machine is slower
+  const {scene, planted, lastS} = writeExercise(folder, name);
+  const daemon = await Daemon.start(scene, join(folder, `${name}.log`), undefined, ['--sessions', sessions, '--trainee', trainee]);
+  let nowS;
+  await waitFor(async () => (nowS = await simulatedS(daemon)) > lastS + 0.1, () => `${nowS} of ${lastS} s`);  // a busy machine is slower
   await daemon.stop();
   return planted;
 }
