@@ -57,7 +57,7 @@ for (const name of names)
     await finding.click();  // the second
     const {s, hole} = planted[name];
     assert.equal((await page.evaluate('brachy.recording')).playing, false);
-    const shownS = await page.evaluate('brachy.simTimeS');
+    const shownS = await page.evaluate('brachy.debrief.sessionS');
     assert.ok(Math.abs(shownS - s) < MISTAKES[name].within, `shown is ${shownS} s; the mistake was made at ${s} s`);
     const needle = await page.evaluate('brachy.needle');
     assert.deepEqual([needle[3], needle[7]].map((value) => Math.round(value)), xyOf(hole), 'the needle is where the mistake was made');

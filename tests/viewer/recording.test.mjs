@@ -115,8 +115,12 @@ test('marks are what the tissue and the seeds did, and missed ticks that belong 
 });
 
 test('findings are read from a report, with their time where it says one', () => {
-  assert.deepEqual(viewer.findingsOf({findings: [{text: 'deep', at_s: 2.5}, {text: 'goals', at_s: null}]}), [{text: 'deep', atS: 2.5}, {text: 'goals', atS: null}]);
-  assert.throws(() => viewer.findingsOf({}), /no report/);
+  const report = viewer.reportOf({findings: [{text: 'deep', at_s: 2.5}, {text: 'goals', at_s: null}], seeds: {each: [{seed: 1, t_s: 2}, {seed: 2, t_s: 3}]}});
+  assert.deepEqual(report.findings, [{text: 'deep', atS: 2.5}, {text: 'goals', atS: null}]);
+  assert.throws(() => viewer.reportOf({}), /no report/);
+  const drop = (id, timeS) => ({kind: 'drop', timeS, text: `seed ${id} dropped, at rest at (0, 0, 0) mm`});
+  assert.equal(viewer.clockOffsetS(report, [drop(1, 1.5), drop(2, 2.5), drop(7, 9)]), -0.5, 'the recording began half a second later');
+  assert.equal(viewer.clockOffsetS(report, []), null);
   const named = (...names) => names.map((name) => ({name}));
   assert.deepEqual(viewer.sessionFiles(named('poses.csv', 'recording_0.brachy', 'report.json')), {recording: {name: 'recording_0.brachy'}, report: {name: 'report.json'}});
   assert.deepEqual(viewer.sessionFiles(named('poses.csv', 'seeds.csv')), {recording: null, report: null});

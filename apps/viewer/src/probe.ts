@@ -56,7 +56,6 @@ export function expose(session: Session, live: LiveConnection, playback: Playbac
       const perS = frame && frame.tick > 0 ? Math.round(frame.tick / frame.simTimeS) : 0;
       return {missedBefore: session.missedBefore, missed: frame?.overruns ?? 0, perSecond: session.tickRate.perSecond(performance.now()), nominalPerSecond: playback.player ? 0 : perS};
     },
-    get simTimeS() { return session.frame?.simTimeS ?? NaN; },
     get tick() { return session.frame?.tick ?? 0; },
     get points() { return session.topology?.pointCount ?? 0; },
     positions: () => session.assembler.positions.slice(),  // 3N, mm, as of `tick`
@@ -138,7 +137,7 @@ export function expose(session: Session, live: LiveConnection, playback: Playbac
     },
     get marks() { return playback.marks; },
     get debrief() {
-      return {sessions: debrief.choices.map(({listed}) => listed.session), findings: playback.findings.map((finding) => ({...finding, timeS: playback.timeOf(finding)})), besideS: debrief.beside.player?.positionS ?? NaN};
+      return {sessions: debrief.choices.map(({listed}) => listed.session), findings: playback.findings.map((finding) => ({...finding, timeS: playback.timeOf(finding)})), sessionS: playback.sessionS, besideS: debrief.beside.player?.positionS ?? NaN};
     },
     get kept() { return {bytes: live.lastMinutes.bytes, seconds: live.lastMinutes.seconds}; },
   };

@@ -25,7 +25,7 @@ export {RecordingReader} from './protocol/recording.js';
 export {crc32} from './protocol/crc32.js';
 export {Session} from './model/session.js';
 export {LastMinutes} from './transport/last_minutes.js';
-export {MissedTicks, findingsOf, markOfEvent} from './model/marks.js';
+export {MissedTicks, clockOffsetS, markOfEvent, reportOf} from './model/marks.js';
 export {sessionFiles} from './ui/session_files.js';
 export {Player} from './transport/player.js';
 export {linearWeights} from './scene/interpolation.js';

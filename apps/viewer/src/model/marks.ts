@@ -50,11 +50,29 @@ export interface Finding {
   atS: number | null;
 }
 
+export interface Report {
+  findings: Finding[];
+  /** When each seed fell, by its number, on the session's clock. */
+  seedsS: Map<number, number>;
+}
+interface ReportFile {
+  findings?: {text?: unknown; at_s?: unknown}[];
+  seeds?: {each?: {seed: number; t_s: number}[]} | null;
+}
+
 /** Throws Error where it is no report. */
-export function findingsOf(report: unknown): Finding[] {
-  const findings = (report as {findings?: unknown} | null)?.findings;
-  if (!Array.isArray(findings)) throw new Error('it is no report of brachy score');
-  return findings.map((finding: {text?: unknown; at_s?: unknown}) => ({
-    text: String(finding.text ?? ''), atS: typeof finding.at_s === 'number' ? finding.at_s : null,
-  }));
+export function reportOf(file: unknown): Report {
+  const report = file as ReportFile | null;
+  if (!Array.isArray(report?.findings)) throw new Error('it is no report of brachy score');
+  const findings = report.findings.map(({text, at_s: atS}) => ({text: String(text ?? ''), atS: typeof atS === 'number' ? atS : null}));
+  return {findings, seedsS: new Map((report.seeds?.each ?? []).map((seed) => [seed.seed, seed.t_s]))};
+}
+
+/** By how much a recording's clock is ahead of its session's, s, by the seeds that fell: both are the trainee's. Null: none fell in it. */
+export function clockOffsetS({seedsS}: Report, marks: readonly Mark[]): number | null {
+  const offsets = marks.flatMap(({kind, text, timeS}) => {
+    const fellS = kind === 'drop' ? seedsS.get(Number(/^seed (\d+) dropped/.exec(text)?.[1] ?? NaN)) : undefined;
+    return fellS === undefined ? [] : timeS - fellS;
+  }).sort((a, b) => a - b);
+  return offsets[offsets.length >> 1] ?? null;
 }

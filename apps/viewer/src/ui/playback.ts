@@ -1,5 +1,5 @@
 // Recordings: opening them with the file picker or by drag and drop, and the playback bar with its time line.
-import {findingsOf, type Finding, type Mark} from '../model/marks.js';
+import {clockOffsetS, reportOf, type Finding, type Mark, type Report} from '../model/marks.js';
 import type {Session} from '../model/session.js';
 import type {MeshState} from '../protocol/assembler.js';
 import {NoRecording, type Entry} from '../protocol/recording.js';
@@ -15,13 +15,14 @@ export class Playback {
   state = 'none';
   /** How many recordings were opened. */
   opened = 0;
-  /** Of the score that was opened with the recording. */
-  findings: Finding[] = [];
+  /** The score that was opened with the recording. */
+  private report: Report = NO_REPORT;
   /** Whether what is about to be shown is the running session's, which goes on meanwhile. */
   freezes = false;
   /** Called when another recording, or another report of it, is shown. */
   onOpened: () => void = () => {};
   private startS = 0;
+  private offsetS = 0;
   private readonly timeline = new Timeline(byId<HTMLCanvasElement>('pb-marks'), (timeS) => this.jump(timeS));
 
   /** `before` is called when a recording was read whole and is to be shown; a file that is none changes nothing. */
@@ -72,26 +73,26 @@ export class Playback {
   /** `report`: the parsed file of its session's score; null: none. `name`: shown for the file. */
   async open(file: string, name: string, bytes: Uint8Array, report: unknown): Promise<void> {
     this.freezes = false;
-    const findings = report === null ? [] : findingsOf(report);
-    await this.read(name, findings, startOf(file), (progress, before) => Player.open(name, bytes, this.session, progress, before));
+    const read = report === null ? NO_REPORT : reportOf(report);
+    await this.read(name, read, startOf(file), (progress, before) => Player.open(name, bytes, this.session, progress, before));
   }
 
   /** Messages of a running session, shown at their end. */
   async freeze(name: string, entries: Entry[], base: MeshState): Promise<void> {
     this.freezes = true;
-    await this.read(name, [], 0, (_, before) => Player.openEntries(name, entries, this.session, () => {}, before, {base}));
+    await this.read(name, NO_REPORT, 0, (_, before) => Player.openEntries(name, entries, this.session, () => {}, before, {base}));
     if (!this.player) return;
     this.player.playing = false;
     this.player.seek(this.player.durationS);
   }
 
-  private async read(name: string, findings: Finding[], startS: number, open: (progress: (share: number) => void, before: () => void) => Promise<Player>): Promise<void> {
+  private async read(name: string, report: Report, startS: number, open: (progress: (share: number) => void, before: () => void) => Promise<Player>): Promise<void> {
     this.state = 'reading';
     toast(`Reading ${name}…`);
     try {
       this.player = await open((share) => setText(byId('pb-time'), `reading ${Math.round(100 * share)} %`), this.before);
       this.player.speed = Number(byId<HTMLSelectElement>('pb-speed').value);
-      this.findings = findings;
+      this.report = report;
       this.startS = startS;
       const seek = byId<HTMLInputElement>('pb-seek');
       seek.max = String(this.player.durationS);
@@ -108,19 +109,29 @@ export class Playback {
   }
 
   private setReport(report: unknown): void {
-    this.findings = findingsOf(report);
+    this.report = reportOf(report);
     this.showMarks();
   }
 
   private showMarks(): void {
+    this.offsetS = clockOffsetS(this.report, this.player?.marks ?? []) ?? -this.startS - (this.player?.beginsAtS ?? 0);
     this.timeline.show(this.marks, this.player?.durationS ?? 0);
     this.onOpened();
+  }
+
+  /** What is shown, on the session's clock, s. */
+  get sessionS(): number {
+    return (this.player?.positionS ?? NaN) - this.offsetS;
+  }
+
+  get findings(): readonly Finding[] {
+    return this.report.findings;
   }
 
   /** When a finding was, in the recording; null: it is of no moment in it. */
   timeOf(finding: Finding): number | null {
     if (finding.atS === null || !this.player) return null;
-    const timeS = finding.atS - this.startS - this.player.beginsAtS;
+    const timeS = finding.atS + this.offsetS;
     return timeS < -1 || timeS > this.player.durationS + 1 ? null : Math.min(Math.max(timeS, 0), this.player.durationS);
   }
 
@@ -135,7 +146,7 @@ export class Playback {
 
   close(): void {
     this.player = null;
-    this.findings = [];
+    this.report = NO_REPORT;
     this.state = 'none';
     this.showMarks();
   }
@@ -179,6 +190,7 @@ export class Playback {
 }
 
 const SAME_S = 0.02;
+const NO_REPORT: Report = {findings: [], seedsS: new Map()};
 
 /** The session time at which a session's recording begins: the daemon names it so. */
 const startOf = (name: string): number => Number(/recording_(\d+)\.brachy$/.exec(name)?.[1] ?? 0) / 1000;
