@@ -6,7 +6,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 build=${BRACHY_BUILD:-build/release}
-export BRACHY_VIEWER=$PWD/$build/viewer BRACHYD=$PWD/$build/bin/brachyd BRACHY=$PWD/$build/bin/brachy BRACHY_ARTEFACTS=$PWD/out/nightly/viewer
+export BRACHY_VIEWER=$PWD/$build/viewer BRACHYD=$PWD/$build/bin/brachyd BRACHY=$PWD/$build/bin/brachy
+export BRACHY_ARTEFACTS=$PWD/out/nightly/viewer
 case "${1:-}" in
   teacher) BRACHY_SESSIONS=all exec node tests/viewer/debrief.test.mjs ;;
   trainee) BRACHY_EXERCISES=01,02,03,04,05,06,07,08,12 exec node tests/viewer/exercises.test.mjs ;;

@@ -109,7 +109,7 @@ test('slow motion is as slow as it says', async () => {
 
 test('a second attempt is shown beside it, on the same clock', async () => {
   await open('deep');
-  await page.locator('#debrief-beside').selectOption({index: await page.locator('#debrief-beside option').evaluateAll((all) => all.findIndex(({text}) => /as_planned/.test(text)))});
+  await page.locator('#debrief-beside').selectOption({index: await page.locator('#debrief-beside option').evaluateAll((all) => all.findIndex(({text}) => /trainee as_planned/.test(text)))});
   await page.locator('#debrief-findings button').first().click();
   await comesTrue(page, 'brachy.debrief.besideS === brachy.recording.positionS');
   assert.equal(await page.locator('#beside-name').textContent(), 'trainee as_planned, two needles');
