@@ -143,7 +143,7 @@ test('a folder of files is opened by hand, with its report', async () => {
   await page.screenshot({path: join(artefacts, 'folder.png')});
   assert.match(await page.locator('#debrief-findings').textContent(), MISTAKES[names[1]].says);
   await page.locator('#file').setInputFiles(join(folder, 'session.json'));
-  assert.match((await page.evaluate('brachy.recording')).state, /no brachy recording/);
+  await comesTrue(page, '/no brachy recording/.test(brachy.recording.state)');
   assert.ok((await page.evaluate('brachy.debrief')).findings.length > 0, 'what was open stays');
 });
 
