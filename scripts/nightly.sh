@@ -39,6 +39,9 @@ parts=(
   'timed       scripts/campaigns/timed.sh'
   'hdr_plans   tests/apps/import/hdr_plans.py build/release/bin/brachy-import config/sources 400'
   'fractions   tests/apps/score/fraction_sessions.py build/release/bin/brachy 50'
+  'teacher     scripts/campaigns/browser.sh teacher'
+  'trainee     scripts/campaigns/browser.sh trainee'
+  'whole       scripts/campaigns/browser.sh whole'
   'robust      tests/apps/brachy/robust_draws.py build/release/bin/brachy 60'
 )
 name_of() { echo "${1%% *}"; }

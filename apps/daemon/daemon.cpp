@@ -23,6 +23,7 @@
 #include "apps/daemon/daemon_setup.h"
 #include "apps/daemon/display/shown_volume.h"
 #include "apps/daemon/exercise/exercise_pages.h"
+#include "apps/daemon/exercise/session_pages.h"
 #include "apps/daemon/forces/force_cycle.h"
 #include "apps/daemon/forces/safety_notices.h"
 #include "apps/daemon/io/event_loop.h"
@@ -35,6 +36,7 @@
 #include "apps/daemon/recorded_session.h"
 #include "apps/daemon/scene_message.h"
 #include "apps/daemon/service/service_watch.h"
+#include "apps/daemon/session_recorder.h"
 #include "apps/daemon/telemetry/metrics_text.h"
 #include "apps/daemon/telemetry/telemetry.h"
 #include "apps/daemon/telemetry/tick_events.h"
@@ -287,9 +289,10 @@ class Daemon::Impl {
     loop_.run();
     worker_.stop();  // a simulator that it still builds, which may take seconds, is not needed any more
     exercises_->stop();
+    if (teacher_) teacher_->stop();
     changes_->stop();
-    summary.is_worker_busy =
-        runs_.is_building() || reload_->is_running() || exercises_->is_busy() || changes_->is_busy();
+    summary.is_worker_busy = runs_.is_building() || reload_->is_running() || exercises_->is_busy() ||
+                             changes_->is_busy() || (teacher_ && teacher_->is_busy());
 
     // The deformation thread first: its last tick is then in the last snapshot.
     for (std::jthread* thread : {&deformation, &snapshots, &dose, &ultrasound, &control, &broker}) {
@@ -442,8 +445,21 @@ class Daemon::Impl {
     exercises_.emplace(loop_, options_.config, options_.sessions, std::move(score),
                        as_background_thread("score"));
     pages_.merge(exercises_->pages());
+    add_debrief();
     on_request<net::ExerciseMessage>(
         [this](const auto& message, const auto& from) { return go_on_with(message, from.name); });
+  }
+
+  /// The teacher's pages, and what a debrief plays: of attempts alone, which are short.
+  void add_debrief() {
+    if (!options_.sessions) return;
+    teacher_.emplace(loop_, *options_.sessions, as_background_thread("sessions"));
+    pages_.merge(teacher_->pages());
+    recorder_.emplace(loop_, server_, as_background_thread("recorder"), [this](const std::string& why) {
+      spdlog::warn("session: {}", why);
+      server_.broadcast({net::EventKind::kWarning, 0, 0, why});
+    });
+    at_end_.push_back([this] { recorder_->stop(); });
   }
 
   void add_http() {
@@ -494,6 +510,7 @@ class Daemon::Impl {
     if (const Exercise* exercise = exercises_->running())
       manifest.exercise = ManifestText{exercises_->running_file().string(), exercise->text};
     loaded_.session->begin(std::move(manifest), loop_.clock().utc_ns());
+    if (recorder_) recorder_->begin(loaded_.session->folder(), loaded_.session->start_s());
   }
 
   // --- the end ---
@@ -719,7 +736,9 @@ class Daemon::Impl {
   std::optional<ServiceWatch> watch_;
   std::optional<SceneReload> reload_;
   std::optional<Telemetry> telemetry_;
-  std::optional<ExercisePages> exercises_;  // computes scores on a thread of its own
+  std::optional<ExercisePages> exercises_;   // computes scores on a thread of its own
+  std::optional<SessionPages> teacher_;      // reads sessions on a thread of its own; nullopt: no --sessions
+  std::optional<SessionRecorder> recorder_;  // writes on a thread of its own; nullopt: the same
 };
 
 Daemon::Daemon(const Scene& scene, const DaemonOptions& options, net::TimerClock& clock)

@@ -34,6 +34,15 @@ std::ifstream open(const std::filesystem::path& file) {
   return in;
 }
 
+OpenFile create(const std::string& name) {
+  OpenFile file(::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
+  if (!file.is_open() && errno == EEXIST)
+    throw UserError(name + ": exists already; give another name, nothing is overwritten");
+  if (!file.is_open())
+    throw UserError(name + ": cannot be created: " + std::strerror(errno) + "; give another directory");
+  return file;
+}
+
 }  // namespace
 
 bool is_recording_file(const std::filesystem::path& file) {
@@ -45,24 +54,16 @@ bool is_recording_file(const std::filesystem::path& file) {
   return in && start == kMagicOfAnyVersion;
 }
 
-RecordingWriter::RecordingWriter(const std::filesystem::path& file) : name_(file.string()) {
-  file_ = ::open(name_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
-  if (file_ < 0 && errno == EEXIST)
-    throw UserError(name_ + ": exists already; give another name, nothing is overwritten");
-  if (file_ < 0)
-    throw UserError(name_ + ": cannot be created: " + std::strerror(errno) + "; give another directory");
-  const auto magic = std::as_bytes(std::span(kRecordingMagic));
-  if (::write(file_, magic.data(), magic.size()) != static_cast<ssize_t>(magic.size())) {
-    const int reason = errno;
-    ::close(file_);
-    throw UserError(name_ + ": cannot be written: " + std::strerror(reason) +
-                    "; free some space or give another directory");
-  }
-  bytes_ = magic.size();
-}
+RecordingWriter::RecordingWriter(const std::filesystem::path& file)
+    : RecordingWriter(create(file.string()), file.string()) {}
 
-RecordingWriter::~RecordingWriter() {
-  ::close(file_);
+RecordingWriter::RecordingWriter(OpenFile file, std::string name)
+    : name_(std::move(name)), file_(std::move(file)) {
+  const auto magic = std::as_bytes(std::span(kRecordingMagic));
+  if (::write(file_.get(), magic.data(), magic.size()) != static_cast<ssize_t>(magic.size()))
+    throw UserError(name_ + ": cannot be written: " + std::strerror(errno) +
+                    "; free some space or give another directory");
+  bytes_ = magic.size();
 }
 
 void RecordingWriter::add(const net::Header& header, std::span<const std::byte> body) {
@@ -71,10 +72,10 @@ void RecordingWriter::add(const net::Header& header, std::span<const std::byte> 
   buffer_.insert(buffer_.end(), body.begin(), body.end());
   net::ByteWriter(buffer_).u32(crc_of(buffer_));
   errno = 0;
-  if (::write(file_, buffer_.data(), buffer_.size()) != static_cast<ssize_t>(buffer_.size())) {
+  if (::write(file_.get(), buffer_.data(), buffer_.size()) != static_cast<ssize_t>(buffer_.size())) {
     const int reason = errno ? errno : ENOSPC;
     // A reader stops at a truncated message; without it the file is whole.
-    const bool is_whole = ::ftruncate(file_, static_cast<off_t>(bytes_)) == 0;
+    const bool is_whole = ::ftruncate(file_.get(), static_cast<off_t>(bytes_)) == 0;
     throw std::runtime_error(name_ + ": cannot be written any more: " + std::strerror(reason) +
                              "; everything recorded before is intact" +
                              (is_whole ? "" : ", its last message is truncated"));

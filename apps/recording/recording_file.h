@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "apps/forces/open_file.h"
 #include "net/wire/codec.h"
 
 namespace brachy {
@@ -33,7 +34,8 @@ class RecordingWriter {
  public:
   /// Creates the file. Throws UserError where it exists already or cannot be created.
   explicit RecordingWriter(const std::filesystem::path& file);
-  ~RecordingWriter();
+  /// Into a file that was created; `name`: for messages. Throws UserError where it cannot be written.
+  RecordingWriter(OpenFile file, std::string name);
   RecordingWriter(const RecordingWriter&) = delete;
   RecordingWriter& operator=(const RecordingWriter&) = delete;
 
@@ -45,7 +47,7 @@ class RecordingWriter {
 
  private:
   std::string name_;
-  int file_ = -1;
+  OpenFile file_;
   std::uint64_t bytes_ = 0;
   net::Bytes buffer_;
 };

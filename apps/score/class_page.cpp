@@ -19,15 +19,25 @@ std::string name_or_none(const std::string& name) {
   return name.empty() ? "not named" : name;
 }
 
-/// "passed 2026-11-03, 2 of 3 sessions" in the table of a class.
+/// "; error 1.2 mm, −0.31 a session": of the last session and the course to it; empty: there is no course.
+std::string trend_text(const TraineeTask& t) {
+  const std::vector<Trend> trends = trends_of(t.sessions, {});
+  const auto error = std::ranges::find(trends, "mean_error_mm", &Trend::name);
+  if (error == trends.end() || !std::isfinite(error->per_session)) return "";
+  return fmt::format("; error {:.1f} mm, {:+.2f} a session", error->last, error->per_session);
+}
+
+/// "passed 2026-11-03 (2 of 3); error 1.2 mm, −0.31 a session" in the table of a class.
 std::string class_cell(const TraineeTask& t) {
   if (const HistoryRow* first = t.first_passed())
     return html_cell(fmt::format("passed {} ({} of {})",
                                  first->began.empty() ? first->session : first->began.substr(0, 10), t.passed,
-                                 t.sessions.rows.size()));
+                                 t.sessions.rows.size()) +
+                     trend_text(t));
   const std::string tried =
       fmt::format("{} session{}", t.sessions.rows.size(), t.sessions.rows.size() == 1 ? "" : "s");
-  return t.last().has_passed ? html_cell("not passed, " + tried, " class=\"missed\"") : html_cell(tried);
+  return t.last().has_passed ? html_cell("not passed, " + tried + trend_text(t), " class=\"missed\"")
+                             : html_cell(tried + trend_text(t));
 }
 
 std::string class_section(const std::vector<TraineeTask>& table) {

@@ -31,6 +31,10 @@ std::string hole_text(const std::string& hole) {
   return hole.empty() ? "beside the template" : hole;
 }
 
+std::optional<double> known(double time_s) {
+  return std::isfinite(time_s) ? std::optional(time_s) : std::nullopt;
+}
+
 class Mistakes {
  public:
   Mistakes(const Score& score, const Plan& plan, const TemplateGrid& grid, const NeedleCosts* costs,
@@ -50,6 +54,8 @@ class Mistakes {
     lost();
     punctures();
     speed();
+    for (Finding& finding : found_.all)
+      if (!finding.at_s) finding.at_s = time_of(finding);
     rank();
     add_all(missed_goal_findings(score_.goals, score_.dose));
     tell_entry_doubts();
@@ -59,6 +65,21 @@ class Mistakes {
  private:
   Finding& add(const char* cause, double weight, std::string text) {
     return found_.all.emplace_back(Finding{.text = std::move(text), .cause = cause, .weight = weight});
+  }
+
+  /// When the seeds of a finding, or those of its needles, fell; of missing ones, when the last of their needle did.
+  std::optional<double> time_of(const Finding& finding) const {
+    if (!score_.seeds) return std::nullopt;
+    const bool is_missing = finding.cause == "missing";
+    std::optional<double> time_s;
+    for (std::size_t i = 0; i < seeds_.size(); ++i) {
+      const bool is_its_needles =
+          std::ranges::find(finding.needles, seeds_[i].needle) != finding.needles.end();
+      const bool is_its_own = std::ranges::find(finding.seeds, i) != finding.seeds.end();
+      if (!fell_s_[i] || !(is_missing || finding.seeds.empty() ? is_its_needles : is_its_own)) continue;
+      if (!time_s || (is_missing ? *fell_s_[i] > *time_s : *fell_s_[i] < *time_s)) time_s = fell_s_[i];
+    }
+    return time_s;
   }
 
   void add_all(std::vector<Finding> findings) { std::ranges::move(findings, std::back_inserter(found_.all)); }
@@ -92,6 +113,7 @@ class Mistakes {
         --without;
       }
     unplanned_ = without;
+    for (const Seed* seed : fallen) fell_s_.push_back(seed ? std::optional(seed->t_s) : std::nullopt);
     deviations_.hole_spacing_mm = grid_.spacing_mm;
     deviations_.gland_centre = 0.5 * (gland_.min() + gland_.max());
     deviations_.is_unpunctured.assign(plan_.needles.size(), 0);
@@ -232,9 +254,12 @@ class Mistakes {
 
   void unplanned() {
     if (unplanned_ == 0) return;
-    add_costly("unplanned", SeedAssignment::kFarthestMm * static_cast<double>(unplanned_),
-               fmt::format("{} fell that the plan does not have", counted(unplanned_, "seed")),
-               costs_ ? costs_->of_unplanned() : DoseChange{});
+    Finding& finding =
+        add_costly("unplanned", SeedAssignment::kFarthestMm * static_cast<double>(unplanned_),
+                   fmt::format("{} fell that the plan does not have", counted(unplanned_, "seed")),
+                   costs_ ? costs_->of_unplanned() : DoseChange{});
+    for (const Seed& seed : score_.seeds->unplanned)
+      if (seed.planned < 0 && (!finding.at_s || seed.t_s < *finding.at_s)) finding.at_s = seed.t_s;
   }
 
   void unexplained() {
@@ -284,9 +309,11 @@ class Mistakes {
     for (const FailedDrop& drop : *score_.failed_drops) count += drop.why == DropRefusal::kLost;
     if (count <= told_lost_) return;
     count -= told_lost_;
-    add("lost", SeedAssignment::kFarthestMm * static_cast<double>(count),
-        fmt::format("{} lost outside the body",
-                    count == 1 ? "1 seed was" : fmt::format("{} seeds were", count)));
+    Finding& finding = add("lost", SeedAssignment::kFarthestMm * static_cast<double>(count),
+                           fmt::format("{} lost outside the body",
+                                       count == 1 ? "1 seed was" : fmt::format("{} seeds were", count)));
+    const auto first = std::ranges::find(*score_.failed_drops, DropRefusal::kLost, &FailedDrop::why);
+    finding.at_s = first->t_s;
   }
 
   void punctures() {
@@ -305,6 +332,7 @@ class Mistakes {
     }
     std::vector<std::string> empty, again;
     std::size_t in_vain = 0, too_many = 0;
+    double vain_s = kNoNumber, again_s = kNoNumber;  // the first of them
     for (const NeedleScore& needle : score_.needles.needles) {
       const std::size_t times = needle.insertions.value_or(0);
       const std::size_t usual = std::max<std::size_t>(1, fallen[needle.hole].size());
@@ -312,17 +340,21 @@ class Mistakes {
       if (times > 0 && !needle.planned && fallen[needle.hole].empty()) {
         empty.push_back(name);
         in_vain += times;
+        vain_s = std::fmin(vain_s, needle.insertions_s.front());
       } else if (times > usual) {
         again.push_back(fmt::format("{} {} times", name, times));
         too_many += times - usual;
+        again_s = std::fmin(again_s, needle.insertions_s[usual]);
       }
     }
     if (in_vain > 0 && score_.seeds)
       add("empty_punctures", kPunctureWeight * static_cast<double>(in_vain),
-          fmt::format("{} without a seed, through {}", counted(in_vain, "puncture"), joined(empty)));
+          fmt::format("{} without a seed, through {}", counted(in_vain, "puncture"), joined(empty)))
+          .at_s = vain_s;
     if (too_many > 0)
       add("punctured_again", kPunctureWeight * static_cast<double>(too_many),
-          fmt::format("the gland was entered again through the same hole: {}", joined(again)));
+          fmt::format("the gland was entered again through the same hole: {}", joined(again)))
+          .at_s = again_s;
   }
 
   void speed() {
@@ -359,7 +391,8 @@ class Mistakes {
   std::vector<DoseSeed> at_rest_;   // of each of its seeds
   std::vector<Vec3> dropped_axis_;  // the same
   Explanation explanation_;
-  std::vector<std::size_t> missing_;  // in seeds_
+  std::vector<std::size_t> missing_;           // in seeds_
+  std::vector<std::optional<double>> fell_s_;  // of each of seeds_; none: it did not
   std::size_t unplanned_ = 0, told_lost_ = 0;
   Findings found_;
 };
@@ -374,6 +407,7 @@ std::vector<Finding> organ_findings(const std::vector<StructureContact>& contact
     all.passes += contact.passes;
     all.depth_mm = std::max(all.depth_mm, contact.depth_mm);
     all.time_s += contact.time_s;
+    all.first_s = std::fmin(all.first_s, contact.first_s);
     holes[contact.structure].push_back(hole_text(contact.hole));
   }
   std::vector<Finding> found;
@@ -383,7 +417,8 @@ std::vector<Finding> organ_findings(const std::vector<StructureContact>& contact
       found.push_back({.text = fmt::format("the pubic arch stopped a needle {} (hole {})",
                                            counted(all.passes, "time"), joined(holes[name])),
                        .cause = "bone",
-                       .weight = static_cast<double>(all.passes)});
+                       .weight = static_cast<double>(all.passes),
+                       .at_s = known(all.first_s)});
       continue;
     }
     found.push_back(
@@ -391,7 +426,8 @@ std::vector<Finding> organ_findings(const std::vector<StructureContact>& contact
                              counted(all.passes, "time"), joined(holes[name]), all.depth_mm, all.time_s),
          .cause = "organ",
          .weight = kStructureWeight * all.passes,
-         .is_of_organ = true});
+         .is_of_organ = true,
+         .at_s = known(all.first_s)});
   }
   return found;
 }

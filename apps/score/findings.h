@@ -25,6 +25,10 @@ struct Finding {
   bool is_of_organ = false;               ///< a needle was where it should not be: first, whatever the dose
   std::vector<std::size_t> needles = {};  ///< members, in Plan::needles; empty: none, or all
   std::vector<std::size_t> seeds = {};    ///< the seeds that it moved or kept back, in Plan::seeds
+  /// Where to look in the session, s, on the recording's clock: when the first of its seeds fell, or, of seeds that are
+  /// missing, the last that came from their needle; when an organ was entered, or the needle that should not have been.
+  /// None: it is of no moment.
+  std::optional<double> at_s = std::nullopt;
   /// The implant as it is, against the same without this cause: seeds are where they would be if the other causes alone
   /// had acted. None: it did nothing to the dose.
   std::optional<DoseChange> cost = std::nullopt;

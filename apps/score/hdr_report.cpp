@@ -140,6 +140,7 @@ std::string to_json(const FractionReport& report) {
   json["findings"] = nlohmann::ordered_json::array();
   for (const auto& f : shared.at("findings"))
     json["findings"].push_back({{"text", f.at("text")},
+                                {"at_s", f.at("at_s")},
                                 {"cause", f.at("cause")},
                                 {"catheters", f.at("needles")},
                                 {"cost", f.at("cost")}});

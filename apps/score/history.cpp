@@ -193,6 +193,7 @@ void add_session(const std::filesystem::path& session, const std::string& traine
     }
     const std::string name = session.filename().string();
     HistoryRow row = is_fraction ? row_of_fraction(name, json) : row_of(name, json);
+    row.folder = session;
     row.trainee = trainee;
     add_texts(json, row);
     add_task(files, row);
@@ -306,6 +307,17 @@ History load_history(const std::filesystem::path& folder) {
   for (const std::filesystem::path& session : folders_in(folder)) add_session(session, trainee, history);
   sort_sessions(folder, history);
   return history;
+}
+
+std::vector<std::filesystem::path> session_folders(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> sessions;
+  for (const std::filesystem::path& one : folders_in(folder)) {
+    if (is_session(one))
+      sessions.push_back(one);
+    else
+      std::ranges::copy_if(folders_in(one), std::back_inserter(sessions), is_session);
+  }
+  return sessions;
 }
 
 History load_class(const std::filesystem::path& folder) {

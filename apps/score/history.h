@@ -13,7 +13,8 @@ namespace brachy {
 /// A scored session in a row of figures; kNoNumber where one is not known. Of a fraction of HDR, errors are those of
 /// dwell positions, along the needle of tips, and catheters are counted.
 struct HistoryRow {
-  std::string session;  ///< of its directory
+  std::filesystem::path folder;  ///< its directory
+  std::string session;           ///< the directory's name
   std::string trainee;  ///< as session.json has it, else the name of the directory around; empty: not known
   std::string task;     ///< its exercise's name, else its scene's file; empty: not known (no session.json)
   std::string began;    ///< UTC; empty: not known
@@ -43,6 +44,10 @@ History load_history(const std::filesystem::path& folder);
 /// Reads the sessions of a class: those in `folder`, and those in its other directories, each of which is a trainee's
 /// and names him where session.json does not. Throws UserError as load_history.
 History load_class(const std::filesystem::path& folder);
+
+/// The directories that hold a session: those in `folder`, and those in its other directories; in the order of their
+/// paths. Throws UserError where it is no directory.
+std::vector<std::filesystem::path> session_folders(const std::filesystem::path& folder);
 
 /// The sessions of each trainee and task apart, in their order: figures of one say nothing about another.
 std::vector<History> by_task(const History& history);

@@ -90,7 +90,9 @@ NeedlesScore score_needles(std::span<const std::string> planned, const TemplateG
         needle.path_in_tissue_mm += visit.path_mm;
         needle.time_in_tissue_s += visit.time_s;
         *needle.passes += visit.entry;
-        *needle.insertions += visit.entry && goes_forwards(samples, visit.first);
+        if (!visit.entry || !goes_forwards(samples, visit.first)) continue;
+        ++*needle.insertions;
+        needle.insertions_s.push_back(samples[visit.first].t_s);
       }
     }
     score.motion = all.result();

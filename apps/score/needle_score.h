@@ -20,7 +20,8 @@ struct NeedleScore {
   std::optional<std::size_t> planned;  ///< index in the planned holes; nothing: the plan has no needle here
   std::optional<std::uint32_t> passes, punctures;
   std::optional<std::uint32_t>
-      insertions;  ///< passes that went in forwards: not back from beyond the gland's base
+      insertions;                    ///< passes that went in forwards: not back from beyond the gland's base
+  std::vector<double> insertions_s;  ///< when each of them began
   double path_in_tissue_mm = kNoNumber, time_in_tissue_s = kNoNumber;
   double largest_force_n = kNoNumber;
 };

@@ -119,6 +119,7 @@ OrderedJson to_json_findings(const std::vector<Finding>& findings) {
                    {"cause", finding.cause},
                    {"needles", finding.needles},
                    {"seeds", finding.seeds},
+                   {"at_s", finding.at_s ? OrderedJson(*finding.at_s) : OrderedJson(nullptr)},
                    {"cost", finding.cost ? to_json_change(*finding.cost) : OrderedJson(nullptr)},
                    {"weight", finding.weight},
                    {"harm_percent", finding.harm_percent},

@@ -1,6 +1,7 @@
 #include "apps/score/structure_contact.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "core/geometry/surface/surface_bvh.h"
@@ -47,6 +48,7 @@ std::vector<StructureContact> structure_contacts(std::span<const Structure> stru
           pass_hole = hole;
           ++contact->passes;
         }
+        contact->first_s = std::fmin(contact->first_s, samples[visit.first].t_s);
         last_end = visit.end;
         contact->time_s += visit.time_s;
         for (const TrajectorySample& sample : samples.subspan(visit.first, visit.end - visit.first))
@@ -73,6 +75,7 @@ std::vector<StructureContact> structure_contacts(std::span<const Structure> stru
       ++contact->passes;
       contact->depth_mm = std::max(contact->depth_mm, pass.depth_mm);
       contact->time_s += pass.time_s;
+      contact->first_s = std::fmin(contact->first_s, pass.is_ended ? pass.t_s - pass.time_s : pass.t_s);
       has_open |= !pass.is_ended;
     }
   }

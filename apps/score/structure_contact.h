@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/score/spread.h"
 #include "core/brachytherapy/plan/template_grid.h"
 #include "core/brachytherapy/structures/organ_pass_file.h"
 #include "core/brachytherapy/structures/structure.h"
@@ -19,8 +20,9 @@ struct StructureContact {
   /// How often a needle came into it from before: a tip that is in again, through a bend or on its way back, without
   /// having been drawn back by more than 1 mm behind where it entered, is in the same pass.
   std::uint32_t passes = 0;
-  double depth_mm = 0;  ///< the tip's largest distance from the structure's surface, inside it
-  double time_s = 0;    ///< with the tip in it
+  double depth_mm = 0;         ///< the tip's largest distance from the structure's surface, inside it
+  double time_s = 0;           ///< with the tip in it
+  double first_s = kNoNumber;  ///< when the first pass began
 };
 
 /// Each of `structures` against the tips of all needles, in the structures' order, then in that of the first entry;

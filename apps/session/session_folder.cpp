@@ -24,6 +24,11 @@ constexpr std::size_t kLargestBlank = 65536;
 constexpr std::size_t kReadPiece = 65536;
 constexpr const char* kElsewhere = "; remove it, or give another directory";
 
+std::string cannot_be_written(int reason) {
+  return std::string("cannot be written: ") + std::strerror(reason) +
+         "; free some space, or give another directory";
+}
+
 std::string kind_of(mode_t mode) {
   if (S_ISLNK(mode)) return "a link";
   if (S_ISDIR(mode)) return "a directory";
@@ -151,7 +156,7 @@ std::uint64_t SessionFolder::most_bytes_of(std::string_view name) const {
   if (most_bytes_ > 0) return most_bytes_;
   for (const SessionFile& file : kSessionFiles)
     if (name == file.name) return file.most_bytes;
-  return kPlanChange.most_bytes;
+  return name.starts_with(kSessionRecording.name) ? kSessionRecording.most_bytes : kPlanChange.most_bytes;
 }
 
 void SessionFolder::lock() const {
@@ -173,7 +178,8 @@ void SessionFolder::check_to_write(std::string_view name) const {
 
 void SessionFolder::check_all() const {
   for (const SessionFile& file : kSessionFiles) check_to_write(file.name);
-  for (const std::string& name : names(kPlanChange.name)) check_to_write(name);
+  for (const SessionFile& some : {kPlanChange, kSessionRecording})
+    for (const std::string& name : names(some.name)) check_to_write(name);
   if (!has(kStatesFolder)) return;
   const SessionFolder states = make_folder(kStatesFolder);
   for (const std::string& name : states.names()) states.check_to_write(name);
@@ -285,14 +291,18 @@ OpenFile SessionFolder::append_to(std::string_view name) const {
 }
 
 void SessionFolder::write_new(std::string_view name, std::string_view text) const {
-  const std::string file_name(name);
-  const OpenFile file(
-      ::openat(at(), file_name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
-  if (file.is_open() && write_whole(file.get(), text)) return;
+  const OpenFile file = create(name);
+  if (write_whole(file.get(), text)) return;
   const int reason = errno;
-  if (file.is_open()) ::unlinkat(at(), file_name.c_str(), 0);
-  refuse(name, std::string("cannot be written: ") + std::strerror(reason) +
-                   "; free some space, or give another directory");
+  ::unlinkat(at(), std::string(name).c_str(), 0);
+  refuse(name, cannot_be_written(reason));
+}
+
+OpenFile SessionFolder::create(std::string_view name) const {
+  OpenFile file(
+      ::openat(at(), std::string(name).c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
+  if (!file.is_open()) refuse(name, cannot_be_written(errno));
+  return file;
 }
 
 void SessionFolder::replace(std::string_view name, std::string_view text) const {

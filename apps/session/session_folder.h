@@ -28,7 +28,8 @@ struct SessionFile {
   std::uint64_t most_bytes;
 };
 
-/// All of them, but for plan_change_1.toml, … (kPlanChange) and what lies in states/ (kSessionState).
+/// All of them, but for plan_change_1.toml, … (kPlanChange), recording_0.brachy, … (kSessionRecording) and what lies in
+/// states/ (kSessionState).
 inline constexpr std::uint64_t kMegabyte = 1'000'000, kMostTable = 100'000 * kMegabyte;
 inline constexpr SessionFile kSessionFiles[] = {
     {kPosesFile, kMostTable},         {kForcesFile, kMostTable},       {kSeedsFile, 16 * kMegabyte},
@@ -38,6 +39,7 @@ inline constexpr SessionFile kSessionFiles[] = {
     {kHdrReportFile, 64 * kMegabyte},
 };
 inline constexpr SessionFile kPlanChange = {"plan_change_", kMegabyte};
+inline constexpr SessionFile kSessionRecording = {"recording_", 600 * kMegabyte};
 inline constexpr SessionFile kSessionState = {kStatesFolder, 5000 * kMegabyte};
 
 /// A session's directory, opened once: its files are opened relative to it and by no link, so that whoever prepared it
@@ -81,6 +83,8 @@ class SessionFolder {
 
   /// Opens a file of lines to append to, after an unfinished last line is cut off and a blank file is emptied.
   OpenFile append_to(std::string_view name) const;
+  /// Creates a file that is not there yet, to write.
+  OpenFile create(std::string_view name) const;
   /// Writes a file that is not there yet.
   void write_new(std::string_view name, std::string_view text) const;
   /// Writes a file whole or not at all, in place of one that may be there: by another name, and a rename.

@@ -4,10 +4,11 @@
 
 namespace brachy::net {
 
-InProcessViewer::InProcessViewer(Clock& clock, std::string name, Post post, OnMessage on_message,
-                                 OnClosed on_closed)
+InProcessViewer::InProcessViewer(Clock& clock, std::string name, std::uint32_t subscription, Post post,
+                                 OnMessage on_message, OnClosed on_closed)
     : clock_(clock),
       name_(std::move(name)),
+      subscription_(subscription),
       post_(std::move(post)),
       on_message_(std::move(on_message)),
       on_closed_(std::move(on_closed)) {}
@@ -19,7 +20,7 @@ void InProcessViewer::start(std::shared_ptr<ConnectionListener> listener) {
     if (!server) return;
     HelloMessage hello;
     hello.role = Role::kViewer;
-    hello.subscription = kSubscribePoseHistory | kSubscribeScene | kSubscribePlan;
+    hello.subscription = self->subscription_;
     hello.name = self->name_;
     Bytes bytes;
     encode(hello, 1, self->clock_.now_ns(), bytes);

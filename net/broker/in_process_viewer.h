@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -11,8 +12,8 @@
 
 namespace brachy::net {
 
-/// A viewer in this process: the connection that a Server sends to, and its client. It subscribes to all points, the
-/// poses and the scene, and passes each message on; the next one is passed after done(). Threads: the io thread.
+/// A viewer in this process: the connection that a Server sends to, and its client. It passes each message on; the next
+/// one is passed after done(). Threads: the io thread.
 class InProcessViewer final : public Connection, public std::enable_shared_from_this<InProcessViewer> {
  public:
   /// A message, header and body as on the wire; released with done().
@@ -21,8 +22,9 @@ class InProcessViewer final : public Connection, public std::enable_shared_from_
   /// Posts its argument to the io thread; never calls it at once.
   using Post = std::function<void(std::function<void()>)>;
 
-  /// `on_closed`: the server ended it.
-  InProcessViewer(Clock& clock, std::string name, Post post, OnMessage on_message, OnClosed on_closed);
+  /// `subscription`: of its HELLO. `on_closed`: the server ended it.
+  InProcessViewer(Clock& clock, std::string name, std::uint32_t subscription, Post post, OnMessage on_message,
+                  OnClosed on_closed);
 
   void done();   ///< releases the last message
   void leave();  ///< no call of on_message or on_closed after it
@@ -39,6 +41,7 @@ class InProcessViewer final : public Connection, public std::enable_shared_from_
  private:
   Clock& clock_;
   const std::string name_;
+  const std::uint32_t subscription_;
   const Post post_;
   OnMessage on_message_;
   OnClosed on_closed_;

@@ -118,7 +118,8 @@ class Publisher::Impl {
   void begin(std::uint64_t epoch) {
     if (viewer_) viewer_->leave();
     viewer_ = std::make_shared<InProcessViewer>(
-        clock_, "broker " + shown_url(options_), [this](std::function<void()> f) { on_io(std::move(f)); },
+        clock_, "broker " + shown_url(options_), kSubscribePoseHistory | kSubscribeScene | kSubscribePlan,
+        [this](std::function<void()> f) { on_io(std::move(f)); },
         [this, epoch](Bytes header, std::shared_ptr<const Bytes> body) {
           hand_over(epoch, std::move(header), std::move(body));
         },

@@ -20,6 +20,17 @@ HttpAnswer with_common_headers(HttpAnswer answer) {
   return answer;
 }
 
+/// The page of a path, and what below it is asked for; null: there is none.
+std::pair<const DynamicPage*, std::string_view> page_of(const DynamicPages& pages, std::string_view path) {
+  if (const auto page = pages.find(path); page != pages.end() && page->second.make)
+    return {&page->second, {}};
+  const std::size_t end = path.find('/', 1);
+  if (end == path.npos) return {};
+  const auto page = pages.find(path.substr(0, end + 1));
+  if (page == pages.end() || !page->second.make_below) return {};
+  return {&page->second, path.substr(end + 1)};
+}
+
 HttpAnswer file_answer(const ServedFile& file, const HttpQuery& query) {
   HttpAnswer answer;
   answer.headers = {{"ETag", file.etag}, {"Cache-Control", "no-cache"}, {"Vary", "Accept-Encoding"}};
@@ -75,9 +86,10 @@ HttpAnswer answer_to(const HttpQuery& query, const ServedFiles& files, const Dyn
       other.headers.emplace_back("Upgrade", "websocket");
       return other;
     }
-    if (const auto page = pages.find(path); page != pages.end()) {
+    if (const auto [page, below] = page_of(pages, path); page) {
       HttpAnswer made;
-      made.page = &page->second;
+      made.page = page;
+      made.below = below;
       return made;
     }
     const ServedFile* file = files.find(query.target, takes_gzip(query.accept_encoding));

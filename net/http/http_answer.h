@@ -35,6 +35,7 @@ struct HttpAnswer {
   std::shared_ptr<const std::string> shared = {};
   const ServedFile* file = nullptr;   ///< the body, of the files given
   const DynamicPage* page = nullptr;  ///< of the pages given: generates the answer, for an authorised client
+  std::string_view below = {};        ///< of the target, what `page` is asked for; empty: itself
   bool sends_body = true;             ///< false: its length alone is sent (HEAD)
   bool closes = false;                ///< of the connection of no further use
 

@@ -174,7 +174,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     // Monitoring is answered also when all slots are in use: that is when it matters.
     const auto busy = shared_->server->gate().busy(*slot_);
     if (answer.page)
-      answer = page_content(*answer.page, answer.sends_body);
+      answer = page_content(*answer.page, answer.below, answer.sends_body);
     else if (busy)
       answer = answer_of_refused_connection(*busy);
     answer.closes |= busy.has_value() || answer.status == 401;
@@ -198,25 +198,27 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     return query;
   }
 
-  HttpAnswer page_content(const DynamicPage& page, bool sends_body) {
+  HttpAnswer page_content(const DynamicPage& page, std::string_view below, bool sends_body) {
     HttpAnswer answer;
-    if (const auto why = page.needs_token ? refusal_of_token() : std::nullopt) {
+    if (const auto why = refusal_of_token(page.access)) {
       answer = refusal(401, *why);
       answer.headers.emplace_back("WWW-Authenticate", "Bearer realm=\"brachyd\"");
     } else {
-      answer = page_answer(page.make());
+      answer = page_answer(page.make ? page.make() : page.make_below(below));
     }
     answer.sends_body = sends_body;
     return answer;
   }
 
-  std::optional<std::string> refusal_of_token() {
+  std::optional<std::string> refusal_of_token(DynamicPage::Access access) {
+    if (access == DynamicPage::Access::kAnyone) return std::nullopt;
+    const bool is_operators = access == DynamicPage::Access::kOperator;
     const auto shown = bearer_token(view(parser_->get()[http::field::authorization]));
-    const auto why = shared_->server->gate().refusal(shown, Role::kViewer);
+    const auto why = shared_->server->gate().refusal(shown, is_operators ? Role::kOperator : Role::kViewer);
     if (!why) return std::nullopt;
     if (!shown)
-      return "This page requires a viewer's token: Authorization: Bearer and the output of `brachy token "
-             "--show`.";
+      return std::string("This page requires ") + (is_operators ? "an operator's" : "a viewer's") +
+             " token: Authorization: Bearer and the output of `brachy token --show`.";
     return why->text;
   }
 

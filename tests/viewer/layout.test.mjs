@@ -7,6 +7,7 @@ import {after, afterEach, before, beforeEach, test} from 'node:test';
 import {fileURLToPath} from 'node:url';
 import {comesTrue, launch, newPanelsPage} from './browser.mjs';
 import {Daemon} from './daemon.mjs';
+import {playSession} from './played_sessions.mjs';
 import './viewer_module.mjs';
 
 const artefacts = resolve(process.env.BRACHY_ARTEFACTS ?? 'build/release/viewer-artefacts', 'layout');
@@ -25,7 +26,9 @@ before(async () => {
   writeFileSync(scene, `name = "layout"\n[tissue]\npoints = 3000\nphantom_surface_vertices = 400\n[model]\nkernel = "psi31"\n[plan]\nfile = "${exercises}plans/02_one_train.toml"\n[seeds]\napplicator = "train"\n`);
   // An exercise beside the scene, so that the tab is there.
   writeFileSync(join(artefacts, 'task.toml'), readFileSync(join(exercises, '02_one_train.toml'), 'utf8').replace(/^scene = .*$/m, 'scene = "scene.toml"'));
-  daemon = await Daemon.start(scene, join(artefacts, 'brachyd.log'));
+  const sessions = join(artefacts, 'class');
+  await playSession(join(artefacts, 'played'), sessions, 'urethra', 'a trainee with a name that is as long as some are');
+  daemon = await Daemon.start(scene, join(artefacts, 'brachyd.log'), undefined, ['--sessions', sessions]);
   browser = await launch();
 });
 beforeEach(async () => {  // a page that has drawn in software for minutes takes much memory
@@ -88,7 +91,7 @@ const visible = (id) => page.locator(id).isVisible();
 
 /** Every panel of the layout, one after the other. */
 async function tabs(check) {
-  for (const tab of ['needle', 'dose', 'plan', 'ultrasound', 'exercise']) {
+  for (const tab of ['needle', 'dose', 'plan', 'ultrasound', 'exercise', 'debrief']) {
     if (!(await visible(`#tab-${tab}`))) continue;
     await page.locator(`#tab-${tab}`).click();
     if (tab === 'ultrasound') await comesTrue(page, 'brachy.images.length > 0');
@@ -124,6 +127,29 @@ for (const layout of ['trainee', 'trainee&exam', 'teacher', 'research'].filter((
     }
     assert.deepEqual(found, []);
   });
+
+test('the debrief of a session, and one beside it: nothing is cut off or covered either', {skip: only && only !== 'debrief'}, async () => {
+  const found = [];
+  for (const [width, height] of [...SIZES, ...ZOOMED]) {
+    await page.setViewportSize({width, height});
+    await page.goto(`${daemon.url}?as=teacher&session=0001_urethra#t=3`);
+    await comesTrue(page, 'brachy.recording.state === "ready" && brachy.debrief.findings.length > 0');
+    const note = async (where) => found.push(...(await misplaced()).map((text) => `${width} × ${height}, ${where}: ${text}`));
+    const settled = () => page.locator('#right').evaluate((drawer) => Promise.all(drawer.getAnimations().map((each) => each.finished)));
+    await note('time line');
+    if (await visible('#toggle-right')) await page.locator('#toggle-right').click();
+    await settled();
+    await page.locator('#debrief-beside').selectOption({index: 1});
+    await comesTrue(page, 'brachy.debrief.besideS >= 0');
+    await note('panel');
+    await page.screenshot({path: join(artefacts, `debrief-${width}-panel.png`)});
+    await page.locator('#debrief-findings button').first().click();  // closes a drawer
+    await settled();
+    await note('at a finding');
+    await page.screenshot({path: join(artefacts, `debrief-${width}.png`)});
+  }
+  assert.deepEqual(found, []);
+});
 
 test('axe finds nothing, in any layout and panel', async () => {
   await page.setViewportSize({width: 1366, height: 900});

@@ -42,9 +42,10 @@ export function frame(tick, stampNs, x, full = false, lagMm = undefined) {
   return message(4, stampNs, body);
 }
 
-export function event(stampNs, text) {
+/** `kind`: EventKind; a note without. */
+export function event(stampNs, text, kind = 1) {
   const body = Buffer.alloc(18 + text.length);
-  body.writeUInt16LE(1, 0);
+  body.writeUInt16LE(kind, 0);
   body.writeUInt16LE(text.length, 16);
   body.write(text, 18);
   return message(7, stampNs, body);

@@ -101,6 +101,61 @@ test('playing keeps the pace it is given and stops at the end', async () => {
   assert.equal(player.positionS, 0);
 });
 
+const eventOf = (kind, stampNs, text) => event(stampNs, text, kind);
+
+test('marks are what the tissue and the seeds did, and missed ticks that belong together are one', async () => {
+  const {EventKind} = viewer.wire;
+  const file = recording([topology, frame(1, stamp(0), 1, true), eventOf(EventKind.Puncture, stamp(0) + 1, 'capsule punctured'), eventOf(EventKind.Note, stamp(0) + 2, 'a note'),
+    frame(2, stamp(1), 2), eventOf(EventKind.Structure, stamp(1) + 1, 'the needle entered the urethra'), eventOf(EventKind.Seed, stamp(2), 'seed 1 dropped')]);
+  const {player} = await open(file);
+  assert.deepEqual(player.marks.map(({kind, text}) => [kind, text]), [['puncture', 'capsule punctured'], ['organ', 'the needle entered the urethra'], ['drop', 'seed 1 dropped']]);
+  const missed = new viewer.MissedTicks();
+  for (const [overruns, timeS] of [[7, 0], [7, 1], [9, 2], [10, 2.5], [10, 5], [11, 6]]) missed.add(overruns, timeS);
+  assert.deepEqual(missed.marks, [{timeS: 2, kind: 'missed', text: '3 ticks missed'}, {timeS: 6, kind: 'missed', text: '1 tick missed'}]);
+});
+
+test('findings are read from a report, with their time where it says one', () => {
+  const report = viewer.reportOf({findings: [{text: 'deep', at_s: 2.5}, {text: 'goals', at_s: null}], seeds: {each: [{seed: 1, t_s: 2}, {seed: 2, t_s: 3}]}});
+  assert.deepEqual(report.findings, [{text: 'deep', atS: 2.5}, {text: 'goals', atS: null}]);
+  assert.throws(() => viewer.reportOf({}), /no report/);
+  const drop = (id, timeS) => ({kind: 'drop', timeS, text: `seed ${id} dropped, at rest at (0, 0, 0) mm`});
+  assert.equal(viewer.clockOffsetS(report, [drop(1, 1.5), drop(2, 2.5), drop(7, 9)]), -0.5, 'the recording began half a second later');
+  assert.equal(viewer.clockOffsetS(report, []), null);
+  const named = (...names) => names.map((name) => ({name}));
+  assert.deepEqual(viewer.sessionFiles(named('poses.csv', 'recording_0.brachy', 'report.json')), {recording: {name: 'recording_0.brachy'}, report: {name: 'report.json'}});
+  assert.deepEqual(viewer.sessionFiles(named('poses.csv', 'seeds.csv')), {recording: null, report: null});
+});
+
+test('the last minutes of a session are kept, within their time and bytes, and play from a mesh that was not sent whole', async () => {
+  const feed = (kept) => {
+    const sent = [topology, ...Array.from({length: 300}, (_, i) => frame(i + 1, stamp(i), i, i === 0))];
+    for (const bytes of sent) {
+      const whole = new Uint8Array(bytes);
+      kept.add(viewer.decodeMessage(whole), whole);
+    }
+    return kept;
+  };
+  const byTime = feed(new viewer.LastMinutes(1e9, 12));
+  assert.ok(byTime.seconds > 11 && byTime.seconds <= 18, `${byTime.seconds} s`);
+  const {entries, base} = byTime.recording();
+  const session = new viewer.Session();
+  const player = await viewer.Player.openEntries('kept', entries, session, () => {}, () => {}, {base});
+  assert.equal(player.damage, '');
+  player.seek(player.durationS);
+  assert.equal(x(session), 299);
+  player.seek(0);
+  assert.equal(session.frame.tick, 300 - Math.round(10 * player.durationS));
+  assert.equal(x(session), session.frame.tick - 1, 'the oldest that is kept, though it is no full frame');
+
+  const most = 20_000;
+  const byBytes = feed(new viewer.LastMinutes(most, 1e9));
+  assert.ok(byBytes.bytes <= most && byBytes.bytes > most / 4, `${byBytes.bytes} bytes`);
+  assert.ok(byBytes.seconds < 29);
+  const again = frame(1, stamp(300), 5, true);
+  byTime.add(viewer.decodeMessage(new Uint8Array(again)), new Uint8Array(again));
+  assert.equal(byTime.seconds, 0, 'a simulation that begins again is another session');
+});
+
 test('a damaged end is said and the rest plays', async () => {
   const whole = recording(messages);
   const {session, player} = await open(whole.subarray(0, whole.length - 10));

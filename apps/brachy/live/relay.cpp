@@ -304,14 +304,14 @@ class Relay {
 
   net::DynamicPages pages() {
     net::DynamicPages pages;
-    pages["/healthz"] = {false, [this] {
+    pages["/healthz"] = {net::DynamicPage::Access::kAnyone, [this] {
                            const std::string failure = this->failure();
                            return net::DynamicPage::Content{failure.empty() ? 200 : 503,
                                                             "text/plain; charset=utf-8",
                                                             (failure.empty() ? "ok" : failure) + "\n"};
                          }};
     pages["/metrics"] = {
-        true, [this] {
+        net::DynamicPage::Access::kViewer, [this] {
           return net::DynamicPage::Content{200, "text/plain; version=0.0.4; charset=utf-8", metrics()};
         }};
     return pages;

@@ -103,8 +103,9 @@ std::string shown_text(const Volume& volume) {
 }
 
 net::DynamicPage volume_page(const Scene& scene, double margin_mm) {
+  using enum net::DynamicPage::Access;
   if (scene.display.volume.empty())
-    return {true, [] { return net::DynamicPage::Content{204, "application/octet-stream", {}}; }};
+    return {kViewer, [] { return net::DynamicPage::Content{204, "application/octet-stream", {}}; }};
   const auto file = scene.resolve(scene.display.volume);
   const NrrdVolume read = read_nrrd_file(file);
   const Vec3 half = 0.5 * scene.box.size_mm + Vec3::Constant(margin_mm);
@@ -113,7 +114,7 @@ net::DynamicPage volume_page(const Scene& scene, double margin_mm) {
     throw UserError(file.string() +
                     ": has no voxel about the scene's box; is it the image of this patient, in "
                     "its frame? Correct display.volume, or leave it out");
-  return {true, [body = std::make_shared<const std::string>(shown_text(*part))] {
+  return {kViewer, [body = std::make_shared<const std::string>(shown_text(*part))] {
             return net::DynamicPage::Content{200, "application/octet-stream", {}, body};
           }};
 }

@@ -23,7 +23,7 @@ std::string text_of(const OrderedJson& json) {
 }
 
 net::DynamicPage json_page(std::function<std::string()> make) {
-  return {true, [make = std::move(make)] {
+  return {net::DynamicPage::Access::kViewer, [make = std::move(make)] {
             return net::DynamicPage::Content{200, "application/json", make()};
           }};
 }
@@ -53,7 +53,7 @@ net::DynamicPages ExercisePages::pages() {
   net::DynamicPages pages;
   pages["/exercises"] = json_page([this] { return list(); });
   pages["/exercise-result"] = json_page([this] { return result(); });
-  pages["/exercise-report"] = {true, [this] {
+  pages["/exercise-report"] = {net::DynamicPage::Access::kViewer, [this] {
                                  if (report_.empty())
                                    return net::DynamicPage::Content{404, "text/plain; charset=utf-8",
                                                                     "Nothing has been scored yet.\n"};

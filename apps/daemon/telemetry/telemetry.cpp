@@ -71,9 +71,9 @@ std::string Telemetry::status() {
 
 net::DynamicPages Telemetry::pages() {
   net::DynamicPages pages;
-  pages["/healthz"] = {false, [this] { return health(); }};
+  pages["/healthz"] = {net::DynamicPage::Access::kAnyone, [this] { return health(); }};
   pages["/metrics"] = {
-      true, [this] {
+      net::DynamicPage::Access::kViewer, [this] {
         return net::DynamicPage::Content{200, "text/plain; version=0.0.4; charset=utf-8", metrics()};
       }};
   return pages;

@@ -13,6 +13,7 @@ import {Viewport} from './scene/viewport.js';
 import {Endpoint} from './transport/endpoint.js';
 import {LiveConnection} from './transport/live.js';
 import {DisplayPanel} from './ui/display.js';
+import {Debrief} from './ui/debrief.js';
 import {ExercisePanel} from './ui/exercise.js';
 import {byId, setText, toast} from './ui/dom.js';
 import {HandPanel} from './ui/hand.js';
@@ -57,13 +58,16 @@ const hand = new HandPanel(endpoint, session, live, settings, () => simulation.p
 new NeedleDrag(byId<HTMLCanvasElement>('scene'), viewport, hand);
 const playback: Playback = new Playback(session, () => {
   hand.release();
-  live.end();
+  if (playback.freezes) live.feeds = false;
+  else live.end();
   exercise.clear();
   volume.clear();
   scanner.outlining.forget();
   if (!byId('panel-plan').hidden) selectTab('needle');
   if (!byId('panel-exercise').hidden && roles.person !== 'trainee') selectTab('needle');
 });
+
+const debrief = new Debrief(endpoint, live, playback, settings);
 
 /** Whose forces and depth are shown. */
 function showNeedle(needle: number): void {
@@ -74,6 +78,7 @@ function showNeedle(needle: number): void {
 function backToLive(): void {
   session.recordsHistory = true;
   session.forget();
+  live.feeds = true;
   live.connect();
 }
 byId('live').addEventListener('click', () => {
@@ -86,6 +91,7 @@ for (const button of byId('views').querySelectorAll('button'))
 live.onOpen = () => {
   void exercise.load();
   void volume.load();
+  if (roles.person === 'teacher') void debrief.load();
 };
 live.onError = (error) => {
   scanner.outlining.onError();
@@ -102,7 +108,8 @@ const selectTab = setUpTabs((tab) => {
 });
 const roles = new Roles(() => {
   scanner.showsPlan = !roles.isExamination;
-  selectTab(({trainee: 'ultrasound', teacher: byId('tab-exercise').hidden ? 'dose' : 'exercise', research: 'needle'} as const)[roles.person]);
+  selectTab(({trainee: 'ultrasound', teacher: 'debrief', research: 'needle'} as const)[roles.person]);
+  if (roles.person === 'teacher' && live.status.phase === 'open') void debrief.load();
 });
 let chartsDueMs = 0;
 let countersDueMs = 0;
@@ -132,6 +139,7 @@ function animate(nowMs: number): void {
     gizmo.draw(viewport.camera);
     uploads.finish(shownFrame);
   }
+  if (playback.player) debrief.beside.draw(playback.player.positionS, viewport.camera, nowMs);
   scanner.draw();
   if (!hasMesh && session.frame) {
     hasMesh = true;
@@ -159,6 +167,7 @@ function updateCharts(): void {
   showEvents(session, settings.terms);
   simulation.update();
   exercise.update();
+  debrief.update();
   scanner.chosenHole = settings.hole;
   if (scanner.isOpen) scanner.update();
   hand.update();
@@ -254,6 +263,6 @@ addEventListener('hashchange', () => {
 });
 addEventListener('online', () => live.wake());
 
-expose(session, live, playback, viewport, uploads, scanner, exercise, volume, hand);
+expose(session, live, playback, debrief, viewport, uploads, scanner, exercise, volume, hand);
 if (served) live.connect();
 requestAnimationFrame(animate);

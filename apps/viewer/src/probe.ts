@@ -4,6 +4,7 @@ import type {Session} from './model/session.js';
 import {Subscription} from './protocol/server_messages.js';
 import type {LiveConnection} from './transport/live.js';
 import type {UltrasoundConsole} from './ultrasound/console.js';
+import type {Debrief} from './ui/debrief.js';
 import type {ExercisePanel} from './ui/exercise.js';
 import type {HandPanel} from './ui/hand.js';
 import type {Playback} from './ui/playback.js';
@@ -42,7 +43,7 @@ export class UploadCount {
   }
 }
 
-export function expose(session: Session, live: LiveConnection, playback: Playback, viewport: Viewport, uploads: UploadCount, scanner: UltrasoundConsole, exercise: ExercisePanel, volume: VolumePanel, hand: HandPanel): void {
+export function expose(session: Session, live: LiveConnection, playback: Playback, debrief: Debrief, viewport: Viewport, uploads: UploadCount, scanner: UltrasoundConsole, exercise: ExercisePanel, volume: VolumePanel, hand: HandPanel): void {
   const brachy = {
     get connection() {  // 'connecting', 'open', 'waiting', 'refused' or 'off', with the problem in words
       return {phase: live.status.phase, problem: 'problem' in live.status ? live.status.problem : '', reconnects: live.reconnects};
@@ -70,6 +71,9 @@ export function expose(session: Session, live: LiveConnection, playback: Playbac
     get plannedSeeds() { return session.plannedSeeds().size; },
     get plan() { return structuredClone(session.plan); },
     get depthMm() { return session.frame?.needles[0]?.forces?.tipDepthMm ?? NaN; },
+    get plannedNeedles() {  // by the plan at the daemon's start, also catheters
+      return (session.scene?.plannedNeedles ?? []).map(({hole, tip}) => ({hole, depthMm: session.depthBeyondTemplate(tip)}));
+    },
     get plannedPositions() { return Object.fromEntries(session.plannedSeeds()); },
     get template() { return structuredClone(session.scene?.template ?? null); },
     get planSectionMm() { return Number((document.getElementById('plan-section') as HTMLInputElement).value); },
@@ -85,8 +89,8 @@ export function expose(session: Session, live: LiveConnection, playback: Playbac
       return box;
     },
     get glandDepths() { return [session.surfaceBox().low, session.surfaceBox().high].map((place) => session.depthBeyondTemplate(place)); },
-    get depthBeyondTemplateMm() {  // of needle 0's tip
-      const needle = session.frame?.needles[0];
+    get depthBeyondTemplateMm() {  // of the tip of the needle that is held, else of needle 0
+      const needle = session.frame?.needles.find(({id}) => id === (hand.held ? hand.state.needle : 0));
       return (needle?.present ? session.depthBeyondTemplate([needle.pose[3]!, needle.pose[7]!, needle.pose[11]!]) : null) ?? NaN;
     },
     get handDepthMm() { return session.depthBeyondTemplate(hand.target) ?? NaN; },  // where the needle by hand is to go
@@ -129,8 +133,13 @@ export function expose(session: Session, live: LiveConnection, playback: Playbac
     get firstMeshMs() { return performance.getEntriesByName('first-mesh')[0]?.startTime ?? NaN; },
     get recording() {
       const player = playback.player;
-      return {state: playback.state, positionS: player?.positionS ?? NaN, durationS: player?.durationS ?? NaN, playing: player?.playing ?? false, damage: player?.damage ?? ''};
+      return {state: playback.state, opened: playback.opened, positionS: player?.positionS ?? NaN, durationS: player?.durationS ?? NaN, playing: player?.playing ?? false, damage: player?.damage ?? ''};
     },
+    get marks() { return playback.marks; },
+    get debrief() {
+      return {sessions: debrief.choices.map(({listed}) => listed.session), findings: playback.findings.map((finding) => ({...finding, timeS: playback.timeOf(finding)})), sessionS: playback.sessionS, besideS: debrief.beside.player?.positionS ?? NaN};
+    },
+    get kept() { return {bytes: live.lastMinutes.bytes, seconds: live.lastMinutes.seconds}; },
   };
   Object.assign(window, {brachy: Object.freeze(brachy)});
 }

@@ -75,9 +75,9 @@ TEST_F(ClassTable, ThePageHasTheTableAndARecordOfEach) {
   const History sessions = load_class(folder / ".");
   const std::string all = to_html(sessions, "", "1.2.3");
   for (const char* part :
-       {"<h1>Class</h1>", "passed 2026-11-02 (2 of 3)", "not passed, 1 session", "Record of completion: anna",
-        "Record of completion: bert", "Passed 1 of the 2 exercises", "read by brachy 1.2.3",
-        "at most &lt;2&gt; mm", "others: median"})
+       {"<h1>Class</h1>", "passed 2026-11-02 (2 of 3); error 1.0 mm, -1.50 a session",
+        "not passed, 1 session", "Record of completion: anna", "Record of completion: bert",
+        "Passed 1 of the 2 exercises", "read by brachy 1.2.3", "at most &lt;2&gt; mm", "others: median"})
     EXPECT_NE(all.find(part), std::string::npos) << part;
   const std::string one = to_html(sessions, "anna", "1.2.3");
   EXPECT_EQ(one.find("bert"), std::string::npos);

@@ -140,6 +140,42 @@ TEST_F(Sessions, OneNeedleTwice) {
   EXPECT_TRUE(says("entered again through the same hole: E5 2 times"));
 }
 
+// Seed n fell at n s (seed_beside).
+TEST_F(Sessions, OfSeedsIsOfTheTimeAtWhichTheFirstFell) {
+  implant_all_but(4);
+  implant(4, {0, 0, 8});
+  const auto found = findings();
+  ASSERT_FALSE(found.empty());
+  EXPECT_NE(found[0].text.find("too deep"), std::string::npos) << found[0].text;
+  EXPECT_EQ(found[0].at_s, 25) << "nine needles of three seeds, this one last";
+}
+
+TEST_F(Sessions, OfMissingSeedsIsOfTheTimeOfTheirNeedlesLast) {
+  implant_all_but(4);
+  implant(4, Vec3::Zero(), 1);
+  const auto found = findings();
+  ASSERT_FALSE(found.empty());
+  EXPECT_NE(found[0].text.find("needle G9: 1 of its 3 seeds is missing"), std::string::npos) << found[0].text;
+  EXPECT_EQ(found[0].at_s, 26);
+  seeds.clear();
+  implant_all_but(4);
+  EXPECT_EQ(findings().at(0).at_s, std::nullopt) << "a needle that was left out is of no moment";
+}
+
+TEST_F(Sessions, OfANeedleIsOfTheTimeAtWhichItWentInAgain) {
+  implant_all_but(kNone);
+  const double before_s = poses.back().t_s;
+  puncture(planned[0].position, 10);
+  for (const Finding& finding : findings())
+    if (finding.cause == "punctured_again") {
+      ASSERT_TRUE(finding.at_s);
+      EXPECT_GT(*finding.at_s, before_s);
+      EXPECT_LT(*finding.at_s, poses.back().t_s);
+      return;
+    }
+  FAIL() << "not found";
+}
+
 TEST_F(Sessions, SixPuncturesWithoutSeeds) {
   implant_all_but(kNone);
   for (const char* hole : {"F5", "H5", "F9", "H9", "C7", "K7"}) puncture(*kGrid.position(hole), 0);
@@ -210,9 +246,13 @@ TEST_F(Sessions, WithoutAnySeedTheCostIsAllOfTheDose) {
 
 TEST_F(Sessions, TheUrethraPiercedThreeTimesComesFirst) {
   implant_all_but(kNone);
-  for (int i = 0; i < 3; ++i) puncture(*kGrid.position("G7"), 0);
+  const double before_s = poses.back().t_s;
+  puncture(*kGrid.position("G7"), 0);
+  const double after_s = poses.back().t_s;
+  for (int i = 0; i < 2; ++i) puncture(*kGrid.position("G7"), 0);
   const auto found = findings();
   ASSERT_FALSE(found.empty());
+  EXPECT_TRUE(found[0].at_s > before_s && found[0].at_s < after_s) << found[0].at_s.value_or(-1);
   EXPECT_NE(found[0].text.find("the urethra was entered 3 times (hole G7)"), std::string::npos)
       << found[0].text;
 }
@@ -302,6 +342,7 @@ TEST(StructureContact, HasPassesDepthAndTimeOfEachHole) {
   EXPECT_EQ(contacts[0].passes, 1u);
   EXPECT_NEAR(contacts[0].depth_mm, 4 / std::sqrt(3.0), 1e-9);  // at (2, 0, 0)
   EXPECT_NEAR(contacts[0].time_s, 0.8, 0.02);                   // 8 mm at 10 mm/s
+  EXPECT_NEAR(contacts[0].first_s, 1.6, 0.02);                  // from −20 mm to −4 mm
 }
 
 }  // namespace

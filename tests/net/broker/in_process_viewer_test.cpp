@@ -14,7 +14,8 @@ namespace {
 struct InProcessViewerTest : ServerFixture {
   void adopt() {
     viewer = std::make_shared<InProcessViewer>(
-        clock, "broker", [this](std::function<void()> f) { boost::asio::post(io, std::move(f)); },
+        clock, "broker", kSubscribePoseHistory | kSubscribeScene | kSubscribePlan,
+        [this](std::function<void()> f) { boost::asio::post(io, std::move(f)); },
         [this](const Bytes& header, const std::shared_ptr<const Bytes>& body) {
           Header decoded;
           ASSERT_TRUE(decode_header(header, 1 << 20, decoded).is_good());

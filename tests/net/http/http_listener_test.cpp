@@ -182,5 +182,19 @@ TEST_F(HttpListenerTest, PagesAreMadeForEachRequestUnderTheSameRules) {
   EXPECT_EQ(made, 3);
 }
 
+TEST_F(HttpListenerTest, APageMayHaveOthersBelowIt) {
+  HttpOptions options;
+  options.pages["/all"].make = [] { return DynamicPage::Content{200, "text/plain", "all"}; };
+  options.pages["/all/"].make_below = [](std::string_view rest) {
+    return DynamicPage::Content{200, "text/plain", "<" + std::string(rest) + ">"};
+  };
+  serve(options);
+  EXPECT_EQ(get("/all").body, "all");
+  EXPECT_EQ(get("/all/").body, "<>");
+  EXPECT_EQ(get("/all/a%20b/c.txt?query").body, "<a%20b/c.txt>");
+  EXPECT_EQ(get("/all/../x").body, "<../x>") << "as it came: whoever makes the page judges it";
+  EXPECT_EQ(get("/other/x").status, 404);
+}
+
 }  // namespace
 }  // namespace brachy::net::test

@@ -56,6 +56,14 @@ export class Viewport {
     this.dirty = true;
   }
 
+  /** Takes the place and direction of another view. */
+  follow({position, quaternion}: PerspectiveCamera): void {
+    if (this.camera.position.equals(position) && this.camera.quaternion.equals(quaternion)) return;
+    this.camera.position.copy(position);
+    this.camera.quaternion.copy(quaternion);
+    this.dirty = true;
+  }
+
   get sliceBox(): {low: number[]; high: number[]} {
     return this.slice.box;
   }

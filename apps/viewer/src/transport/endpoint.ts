@@ -1,6 +1,7 @@
 // Address of the daemon that served this page, and the token for it.
 
 const KEPT = 'brachy-token';
+const ASK_AGAIN_MS = 300;
 
 const token = (digits: string): Uint8Array | null =>
   /^[0-9a-f]{64}$/i.test(digits) ? Uint8Array.from(digits.match(/../g)!, (byte) => parseInt(byte, 16)) : null;
@@ -21,11 +22,26 @@ export class Endpoint {
     return digits ? {Authorization: `Bearer ${digits}`} : {};
   }
 
+  /** A page of the daemon for whom the token is; asks again while the daemon reads (202). `null`: the daemon does not answer. */
+  async get(page: string): Promise<Response | null> {
+    try {
+      for (;;) {
+        const answer = await fetch(`/${page}`, {cache: 'no-store', headers: this.authorisation()});
+        if (answer.status !== 202) return answer;
+        await new Promise((resolve) => setTimeout(resolve, ASK_AGAIN_MS));
+      }
+    } catch {
+      return null;
+    }
+  }
+
   /** Moves #token=… from the page's visible address into this tab's storage. False: there is none. */
   takeToken(): boolean {
-    const given = new URLSearchParams(location.hash.slice(1)).get('token');
+    const hash = new URLSearchParams(location.hash.slice(1));
+    const given = hash.get('token');
     if (given === null) return false;
-    history.replaceState(null, '', location.pathname + location.search);
+    hash.delete('token');
+    history.replaceState(null, '', location.pathname + location.search + (hash.size > 0 ? `#${hash}` : ''));
     this.token = token(given);
     sessionStorage.setItem(KEPT, given);
     return true;

@@ -9,6 +9,7 @@ import type {Message} from '../protocol/message.js';
 import {ErrorCode, Role, Subscription, type ServerError} from '../protocol/server_messages.js';
 import {nowNs} from './clock.js';
 import type {Endpoint} from './endpoint.js';
+import {LastMinutes} from './last_minutes.js';
 import {Socket} from './socket.js';
 
 const FIRST_WAIT_MS = 500;
@@ -31,6 +32,10 @@ export class LiveConnection {
   /** Called whenever a connection has been accepted that may be to another daemon than the last. */
   onOpen: () => void = () => {};
   reconnects = 0;
+  /** What came last, also while it is not shown. */
+  readonly lastMinutes = new LastMinutes();
+  /** False: what comes is kept in `lastMinutes` and not shown. To show it again, connect(). */
+  feeds = true;
 
   private socket: Socket | null = null;
   private waitMs = FIRST_WAIT_MS;
@@ -52,7 +57,7 @@ export class LiveConnection {
     return this.socket?.clock.roundTripMs ?? NaN;
   }
   get mayControl(): boolean {
-    return this.status.phase === 'open' && this.session.welcome?.role === Role.Operator;
+    return this.feeds && this.status.phase === 'open' && this.session.welcome?.role === Role.Operator;
   }
 
   connect(problem = ''): void {
@@ -63,7 +68,7 @@ export class LiveConnection {
       opened: () => socket.send(MessageType.Hello, encodeHello({
         role: this.role, name: 'viewer', device: null, token: this.endpoint.token, software: SOFTWARE, subscription: this.requested = this.wanted,
       })),
-      message: (message, size) => this.receive(socket, message, size),
+      message: (message, bytes) => this.receive(socket, message, bytes),
       closed: (reason, wasOpen) => {
         if (this.socket === socket) this.lost(reason, wasOpen);
       },
@@ -140,9 +145,17 @@ export class LiveConnection {
     this.socket?.send(MessageType.Drop, encodeDrop(needle, pressed));
   }
 
-  private receive(socket: Socket, message: Message, size: number): void {
+  private receive(socket: Socket, message: Message, bytes: Uint8Array): void {
     const nowMs = performance.now();
-    this.session.byteRate.add(nowMs, size);
+    this.session.byteRate.add(nowMs, bytes.byteLength);
+    this.lastMinutes.add(message, bytes);
+    if (!this.feeds) {
+      if (message.kind === 'welcome') {
+        this.status = {phase: 'open'};
+        this.resubscribes = false;
+      }
+      return;
+    }
     const refusal = this.session.apply(message);
     if (refusal) return socket.close(`The daemon sent what does not fit: ${refusal}.`);
     if (message.kind === 'welcome') {

@@ -1,5 +1,6 @@
 // A recording as a source: the recorded messages, at the chosen speed and from the chosen time.
 import {History} from '../model/history.js';
+import {MissedTicks, markOfEvent, type Mark} from '../model/marks.js';
 import {recordFrame, recordState, type LoggedEvent, type Session} from '../model/session.js';
 import {FrameAssembler, type MeshState} from '../protocol/assembler.js';
 import {ProtocolError} from '../protocol/bytes.js';
@@ -14,9 +15,10 @@ const SLICE_MS = 25;
 interface Keyframe {
   index: number;
   mesh: MeshState;
-  /** Indices of the newest STATE and DOSE before it, −1 for none. */
+  /** Indices of the newest STATE, DOSE and PLAN before it, −1 for none. */
   state: number;
   dose: number;
+  plan: number;
 }
 
 export class Player {
@@ -32,7 +34,10 @@ export class Player {
   private constructor(
     private readonly session: Session, readonly name: string, private readonly entries: Entry[],
     private readonly keyframes: Keyframe[], private readonly history: History, private readonly events: LoggedEvent[],
-    readonly damage: string) {
+    /** What stands out, in the order of its time. */
+    readonly marks: Mark[],
+    /** The simulated time of the first frame: that of the session, of a recording which began with it. */
+    readonly beginsAtS: number, readonly damage: string) {
     this.frames = entries.flatMap((entry, i) => (entry.type === MessageType.Frame ? [i] : []));
     this.startNs = entries[this.frames[0]!]!.stampNs;
     this.durationS = (entries[this.frames.at(-1)!]!.stampNs - this.startNs) / 1e9;
@@ -52,9 +57,15 @@ export class Player {
       entries.push(entry);
       await pause(0.5 * reader.progress);
     }
-    let damage = reader.damage;
+    return Player.openEntries(name, entries, session, (share) => pause(0.5 + 0.5 * share), before, {damage: reader.damage});
+  }
 
+  /** As open(), of messages in memory. `base`: the mesh before the first frame; none: that is a full one. */
+  static async openEntries(name: string, entries: Entry[], session: Session, pause: (share: number) => Promise<void> | void, before: () => void, {base, damage = ''}: {base?: MeshState; damage?: string}): Promise<Player> {
     const assembler = new FrameAssembler();
+    const missed = new MissedTicks();
+    const marks: Mark[] = [];
+    let beginsAtS = NaN;
     const history = new History();
     const events: LoggedEvent[] = [];
     const keyframes: Keyframe[] = [];
@@ -63,6 +74,7 @@ export class Player {
     let sinceKeyframe = Infinity;
     let state = -1;
     let dose = -1;
+    let plan = -1;
     for (let i = 0; i < entries.length; ++i) {
       const problem = take(i);
       if (problem) {
@@ -70,11 +82,12 @@ export class Player {
         entries.length = i;
         break;
       }
-      await pause(0.5 + (0.5 * i) / entries.length);
+      await pause(i / entries.length);
     }
     if (!entries.some((entry) => entry.type === MessageType.Frame)) throw new NoRecording(`${name} holds no snapshot. ${damage}`);
     before();
-    return new Player(session, name, entries, keyframes, history, events, damage);
+    const all = [...marks, ...missed.marks].sort((a, b) => a.timeS - b.timeS);
+    return new Player(session, name, entries, keyframes, history, events, all, beginsAtS, damage);
 
     function take(index: number): string {
       let message: Message;
@@ -89,25 +102,32 @@ export class Player {
       if (message.kind === 'topology') {
         const refusal = assembler.start(message.body);
         if (refusal) return refusal;
+        if (base && keyframes.length === 0) assembler.restore(base);
         const frames = entries.filter((entry) => entry.type === MessageType.Frame).length;
         apart = Math.max(LEAST_FRAMES_APART, Math.ceil((frames * assembler.positions.byteLength) / KEYFRAME_BYTES));
         sinceKeyframe = Infinity;
       } else if (message.kind === 'frame') {
         if (sinceKeyframe >= apart) {
-          keyframes.push({index, mesh: assembler.save(), state, dose});
+          keyframes.push({index, mesh: assembler.save(), state, dose, plan});
           sinceKeyframe = 0;
         }
         sinceKeyframe += 1;
         const refusal = assembler.apply(message.body);
         if (refusal) return refusal;
         recordFrame(history, message.body, timeS);
+        missed.add(message.body.overruns, timeS);
+        if (Number.isNaN(beginsAtS)) beginsAtS = message.body.simTimeS;
       } else if (message.kind === 'state') {
         state = index;
         recordState(history, message.body, timeS);
       } else if (message.kind === 'dose') {
         dose = index;
+      } else if (message.kind === 'plan') {
+        plan = index;
       } else if (message.kind === 'event') {
         events.push({...message.body, timeS});
+        const mark = markOfEvent(message.body, timeS);
+        if (mark) marks.push(mark);
       }
       return '';
     }
@@ -163,7 +183,7 @@ export class Player {
     this.session.frame = null;
     this.session.dose = null;
     this.session.versions.dose += 1;
-    for (const index of [keyframe.state, keyframe.dose])
+    for (const index of [keyframe.state, keyframe.dose, keyframe.plan])
       if (index >= 0) this.session.apply(decodeMessage(this.entries[index]!.bytes));
     this.session.allPointsChanged();
     this.next = keyframe.index;

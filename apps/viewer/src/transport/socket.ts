@@ -7,7 +7,8 @@ import {ServerClock, nowNs} from './clock.js';
 
 export interface SocketHandlers {
   opened(): void;
-  message(message: Message, size: number): void;
+  /** `bytes`: the message as it came, header and body. */
+  message(message: Message, bytes: Uint8Array): void;
   /** Called once, when the connection has ended. `reason` is readable text; '' where the other side gave none. */
   closed(reason: string, wasOpen: boolean): void;
 }
@@ -67,7 +68,8 @@ export class Socket {
   private receive(data: ArrayBuffer): void {
     const arrivedNs = nowNs();
     try {
-      const message = decodeMessage(new Uint8Array(data));
+      const bytes = new Uint8Array(data);
+      const message = decodeMessage(bytes);
       this.received += 1;
       if (message.header.sequence !== this.received) {
         this.sequenceGaps += 1;
@@ -78,7 +80,7 @@ export class Socket {
         this.reason = message.body.text;
         this.fatalCode = message.body.code;
       }
-      this.handlers.message(message, data.byteLength);
+      this.handlers.message(message, bytes);
     } catch (error) {
       if (!(error instanceof ProtocolError)) throw error;
       this.close(`What came is no message this viewer understands: ${error.message}.`);

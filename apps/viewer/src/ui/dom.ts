@@ -31,3 +31,31 @@ export function toast(text: string, bad = false): void {
 export function figure(value: number | undefined, digits = 1): string {
   return value === undefined || !Number.isFinite(value) ? '—' : value.toFixed(digits);
 }
+
+export function element(tag: string, text: string, className = ''): HTMLElement {
+  const made = document.createElement(tag);
+  made.textContent = text;
+  made.className = className;
+  return made;
+}
+
+function withUrl(content: BlobPart, type: string, use: (url: string) => void): void {
+  const url = URL.createObjectURL(new Blob([content], {type}));
+  use(url);
+  setTimeout(() => URL.revokeObjectURL(url), 60_000);
+}
+
+/** Opens a page in a tab of its own, by its content: a link would not carry the token. */
+export function openPage(html: string): void {
+  withUrl(html, 'text/html', (url) => window.open(url, '_blank'));
+}
+
+/** Has the browser store a file. */
+export function download(name: string, content: BlobPart, type: string): void {
+  withUrl(content, type, (url) => {
+    const link = document.createElement('a');
+    link.href = url;
+    link.download = name;
+    link.click();
+  });
+}

@@ -1,7 +1,7 @@
 // Exercises that the daemon offers, attempts at them, and the result of the one that its scene belongs to.
 import type {Endpoint} from '../transport/endpoint.js';
 import type {LiveConnection} from '../transport/live.js';
-import {byId, setDisabled, setText} from './dom.js';
+import {byId, element, openPage, setDisabled, setText} from './dom.js';
 
 const ASK_AGAIN_MS = 400;
 const KEPT_NAME = 'brachy-trainee';
@@ -94,21 +94,13 @@ export class ExercisePanel {
   }
 
   private async openReport(): Promise<void> {
-    const answer = await fetch('/exercise-report', {cache: 'no-store', headers: this.endpoint.authorisation()});
-    if (!answer.ok) return;
-    // By its content: a link would not carry the token.
-    const url = URL.createObjectURL(new Blob([await answer.text()], {type: 'text/html'}));
-    window.open(url, '_blank');
-    setTimeout(() => URL.revokeObjectURL(url), 60_000);
+    const answer = await this.endpoint.get('exercise-report');
+    if (answer?.ok) openPage(await answer.text());
   }
 
   private async get<T>(page: string): Promise<T | null> {
-    try {
-      const answer = await fetch(`/${page}`, {cache: 'no-store', headers: this.endpoint.authorisation()});
-      return answer.ok && answer.headers.get('Content-Type') === 'application/json' ? ((await answer.json()) as T) : null;
-    } catch {
-      return null;
-    }
+    const answer = await this.endpoint.get(page);
+    return answer?.ok && answer.headers.get('Content-Type') === 'application/json' ? ((await answer.json()) as T) : null;
   }
 
   private show(): void {
@@ -149,11 +141,4 @@ export class ExercisePanel {
       return [name, asks];
     }));
   }
-}
-
-function element(tag: string, text: string, className = ''): HTMLElement {
-  const made = document.createElement(tag);
-  made.textContent = text;
-  made.className = className;
-  return made;
 }

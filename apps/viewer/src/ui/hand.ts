@@ -167,11 +167,18 @@ export class HandPanel {
   private ended(reason: string, code: number): void {
     const wasHeld = this.held;
     this.device = null;
+    if (wasHeld && this.session.isHdr) this.showNextCatheter();
     this.drop.stop();
     const next = this.others.shift();
     if (!wasHeld && code === ErrorCode.DeviceBusy && next !== undefined) return this.ask(next);
     if (reason !== 'released') toast(`The needle was not granted or was lost: ${reason}`, true);
     this.show();
+  }
+
+  /** A catheter that was let go stays in: the next one is taken. */
+  private showNextCatheter(): void {
+    const next = (this.session.frame?.needles ?? []).find(({id, present}) => !present && id !== this.session.scene?.probe?.needle);
+    if (next) this.showNeedle(next.id);
   }
 
   private show(): void {

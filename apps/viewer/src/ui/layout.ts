@@ -1,7 +1,7 @@
 // Tabs of the charts, and the panels that are drawers on a tablet.
 import {byId} from './dom.js';
 
-const TABS = ['needle', 'dose', 'plan', 'ultrasound', 'exercise'] as const;
+const TABS = ['needle', 'dose', 'plan', 'ultrasound', 'exercise', 'debrief'] as const;
 export type Tab = (typeof TABS)[number];
 
 export function setUpTabs(onChange: (id: Tab) => void): (id: Tab) => void {
@@ -27,14 +27,19 @@ export function setUpTabs(onChange: (id: Tab) => void): (id: Tab) => void {
   return select;
 }
 
+const SIDES = ['left', 'right'] as const;
+
+function setDrawer(side: (typeof SIDES)[number], open: boolean): void {
+  byId(side).classList.toggle('open', open);
+  byId(`toggle-${side}`).setAttribute('aria-expanded', String(open));
+}
+
+/** So that the scene can be seen on a small screen. */
+export function closeDrawers(): void {
+  for (const side of SIDES) setDrawer(side, false);
+}
+
 export function setUpDrawers(): void {
-  for (const side of ['left', 'right']) {
-    const button = byId(`toggle-${side}`);
-    const set = (open: boolean): void => {
-      byId(side).classList.toggle('open', open);
-      button.setAttribute('aria-expanded', String(open));
-    };
-    button.addEventListener('click', () => set(!byId(side).classList.contains('open')));
-    byId('scene').addEventListener('pointerdown', () => set(false));
-  }
+  for (const side of SIDES) byId(`toggle-${side}`).addEventListener('click', () => setDrawer(side, !byId(side).classList.contains('open')));
+  byId('scene').addEventListener('pointerdown', closeDrawers);
 }

@@ -31,6 +31,8 @@ export class Roles {
     document.body.classList.toggle('exam', this.isExamination);
     for (const button of byId('as').querySelectorAll('button')) button.setAttribute('aria-pressed', String(button.dataset['as'] === person));
     setText(byId('toggle-left'), person === 'trainee' ? 'Exercise' : 'Controls');
+    setText(byId('toggle-right'), person === 'teacher' ? 'Debrief' : 'Charts');
+    byId('tab-debrief').hidden = person !== 'teacher';
     byId('exam-row').hidden = person !== 'trainee';
     byId<HTMLInputElement>('exam').checked = this.isExamination;
     // The trainee has the exercise beside the images, and not in a tab behind them.
