@@ -213,11 +213,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   std::optional<std::string> refusal_of_token() {
     const auto shown = bearer_token(view(parser_->get()[http::field::authorization]));
     const auto why = shared_->server->gate().refusal(shown, Role::kViewer);
-    if (!why) return std::nullopt;
-    if (!shown)
-      return "This page requires a viewer's token: Authorization: Bearer and the output of `brachy token "
-             "--show`.";
-    return why->text;
+    return why ? std::optional(why->text) : std::nullopt;
   }
 
   void send(HttpAnswer answer, bool keeps_alive) {
