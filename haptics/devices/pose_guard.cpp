@@ -174,9 +174,12 @@ bool PoseGuard::is_stale(const NeedlePose& pose) {
   const std::int64_t drift_ns = (pose.received_ns - least_offset_at_ns_) / kDriftDivisor;
   // Offsets lie within ±2^63, their differences may not: compare before subtracting.
   if (!has_offset_ || offset_ns <= least_offset_ns_ + drift_ns) {
-    if (has_offset_ && elapsed_ns(offset_ns, least_offset_ns_) > settings_.clock_step_ns)
+    // A first pose that came late looks like one of a clock that is set afterwards: several must have agreed.
+    if (poses_agreed_ >= kPosesThatAgree && elapsed_ns(offset_ns, least_offset_ns_) > settings_.clock_step_ns)
       faults_ |= fault_bit(PoseFault::kClockSet);
     is_provisional_ = !has_offset_ || elapsed_ns(offset_ns, least_offset_ns_) > settings_.agreement_ns;
+    if (is_provisional_) poses_agreed_ = 0;
+    ++poses_agreed_;
     has_offset_ = true;
     least_offset_ns_ = offset_ns;
     least_offset_at_ns_ = pose.received_ns;
@@ -186,6 +189,7 @@ bool PoseGuard::is_stale(const NeedlePose& pose) {
       static_cast<std::uint64_t>(offset_ns) -
       static_cast<std::uint64_t>(least_offset_ns_ + drift_ns);  // positive: modulo 2^64 is exact
   if (age_ns > static_cast<std::uint64_t>(settings_.stale_ns)) return true;
+  if (age_ns <= static_cast<std::uint64_t>(settings_.agreement_ns)) ++poses_agreed_;
   is_provisional_ = false;
   return false;
 }

@@ -32,7 +32,7 @@ struct PoseGuardSettings {
   std::int64_t stale_ns = 100'000'000;
   /// By this much delays may differ that agree, ns, > 0; below the least by more a pose is provisional.
   std::int64_t agreement_ns = 25'000'000;
-  /// A clock that is ahead by more at once was set, ns, > 0.
+  /// A clock that is ahead by more at once, after four poses that agreed, was set, ns, > 0.
   std::int64_t clock_step_ns = 250'000'000;
   /// Against which a pose is judged whose quaternion is in another order.
   TissueBall tissue = {};
@@ -85,6 +85,7 @@ class PoseGuard {
   /// A new device: forgets the last stamp and sequence and the clock offset.
   void reset() {
     has_last_ = has_offset_ = is_provisional_ = false;
+    poses_agreed_ = 0;
     faults_ = faults_in_doubt_ = 0;
     plausibility_.reset();
   }
@@ -107,6 +108,7 @@ class PoseGuard {
   bool has_offset_ = false;
   std::int64_t least_offset_ns_ = 0;     // arrival − stamp
   std::int64_t least_offset_at_ns_ = 0;  // arrival of the pose that showed it
+  int poses_agreed_ = 0;                 // accepted with that offset, but for agreement_ns
   bool is_provisional_ = false;          // the last accepted pose is
   bool is_set_back_ = false;  // the first of those refused has a stamp before the last accepted one's
   int refused_in_a_row_ = 0;  // since it, which agree

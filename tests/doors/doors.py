@@ -38,7 +38,7 @@ NAN = float("nan")
 class Daemon:
     """brachyd with a scene, on free ports, in a folder of its own, which also has `files`; ended with the test."""
 
-    def __init__(self, brachyd_path, scene, *more, config=None, files=None, http=True, igtl=True):
+    def __init__(self, brachyd_path, scene, *more, config=None, files=None, http=True, igtl=True, seconds=2 * DEADLINE_S):
         self.folder = tempfile.TemporaryDirectory()
         self.path = pathlib.Path(self.folder.name)
         for name, content in (files or {}).items():
@@ -48,7 +48,7 @@ class Daemon:
             config = self.path / "scene.toml"
             config.write_text(scene, encoding="utf-8")
         options = [option.format(folder=self.path) for option in more]
-        line = [brachyd_path, "--config", config, "--port", "0", "--duration", str(2 * DEADLINE_S), *options]
+        line = [brachyd_path, "--config", config, "--port", "0", "--duration", str(seconds), *options]
         line += ["--http-port", "0"] if http else []
         line += ["--igtl-port", "0"] if igtl else []
         self.log = (self.path / "log").open("w+", encoding="utf-8")
@@ -207,18 +207,22 @@ class NativeDoor:
         self.link.send([self.encode("POSE", {"needle": needle, "flags": 0, "X_WN": rows}, stamp_ns=stamp_ns + n)
                         for n in range(times)])
 
+    def complete(self):
+        """Name and body of all that have come whole; `sections` has that one's."""
+        while len(self.data) >= 32 and len(self.data) >= 32 + struct.unpack("<I", self.data[12:16])[0]:
+            size = 32 + struct.unpack("<I", self.data[12:16])[0]
+            whole, self.data = self.data[:size], self.data[size:]
+            header, body, self.sections = SCHEMA.decode(whole)
+            name = SCHEMA.names[header["type"]]
+            if name == "PING" and body["reply"] == 0:
+                self.link.send([self.encode("PING", {"nonce": body["nonce"], "reply": 1, "received_ns": 0,
+                                                     "echoed_stamp_ns": header["stamp_ns"]})])
+            yield name, body
+
     def messages(self):
-        """Name, sequence and body of all to come, until the server ends."""
+        """Name and body of all to come, until the server ends."""
         while True:
-            while len(self.data) >= 32 and len(self.data) >= 32 + struct.unpack("<I", self.data[12:16])[0]:
-                size = 32 + struct.unpack("<I", self.data[12:16])[0]
-                whole, self.data = self.data[:size], self.data[size:]
-                header, body, self.sections = SCHEMA.decode(whole)
-                name = SCHEMA.names[header["type"]]
-                if name == "PING" and body["reply"] == 0:
-                    self.link.send([self.encode("PING", {"nonce": body["nonce"], "reply": 1, "received_ns": 0,
-                                                         "echoed_stamp_ns": header["stamp_ns"]})])
-                yield name, body
+            yield from self.complete()
             more = self.link.receive()
             if not more:
                 return

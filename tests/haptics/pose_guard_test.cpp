@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 #include <set>
+#include <vector>
 
 #include "tests/haptics/milliseconds.h"
 
@@ -252,11 +253,63 @@ TEST(PoseGuard, PosesThatAreLateAndGoOnAreNoClockThatIsSetBack) {
     ASSERT_EQ(check(guard, pose_number(n, 500 * kMs)), PoseStatus::kStale) << n;
 }
 
+/// The faults that are told of these poses, in any order.
+std::uint32_t faults_of(PoseGuard& guard, const std::vector<NeedlePose>& poses) {
+  std::uint32_t faults = 0;
+  for (const NeedlePose& pose : poses) {
+    check(guard, pose);
+    faults |= guard.faults();
+  }
+  return faults | guard.faults_in_doubt();
+}
+
+TEST(PoseGuard, TellsWhatIsWrongInTime) {
+  std::vector<NeedlePose> good;
+  for (std::uint64_t n = 1; n <= 20; ++n) good.push_back(pose_number(n));
+  const auto with = [&](std::vector<NeedlePose> more) {
+    std::vector<NeedlePose> poses = good;
+    poses.insert(poses.end(), more.begin(), more.end());
+    poses.push_back(pose_number(40));
+    PoseGuard guard;
+    return faults_of(guard, poses);
+  };
+  EXPECT_EQ(with({}), 0u);
+  EXPECT_EQ(with({pose_number(21, 300 * kMs)}), fault_bit(PoseFault::kLate));
+  EXPECT_EQ(with({pose_number(20)}), fault_bit(PoseFault::kDoubled));
+  EXPECT_EQ(with({pose_number(22), pose_number(21)}), fault_bit(PoseFault::kReordered));
+}
+
+// Those that are refused until a new offset is agreed upon are neither late nor reordered.
+TEST(PoseGuard, TellsAClockThatIsSetFromLateAndReorderedPoses) {
+  for (const std::int64_t step_ns : {-1000 * kMs, 1000 * kMs}) {
+    PoseGuard guard;
+    std::uint32_t faults = 0;
+    for (std::uint64_t n = 1; n <= 60; ++n) {
+      NeedlePose pose = pose_number(n);
+      if (n > 30) pose.stamp_ns += step_ns;
+      check(guard, pose);
+      faults |= guard.faults();
+    }
+    EXPECT_EQ(faults | guard.faults_in_doubt(), fault_bit(PoseFault::kClockSet)) << step_ns;
+  }
+}
+
+TEST(PoseGuard, AFirstPoseThatCameLateIsNoClockThatIsSet) {
+  PoseGuard guard;
+  std::vector<NeedlePose> poses = {pose_number(1, 400 * kMs)};
+  for (std::uint64_t n = 82; n <= 120; ++n) poses.push_back(pose_number(n));
+  EXPECT_EQ(faults_of(guard, poses), 0u);
+}
+
 TEST(PoseGuard, EveryVerdictHasASentenceOfItsOwn) {
   std::set<std::string_view> sentences;
   for (std::size_t i = 0; i < kPoseStatuses; ++i) sentences.insert(to_string(static_cast<PoseStatus>(i)));
   EXPECT_EQ(sentences.size(), kPoseStatuses);
   EXPECT_FALSE(sentences.contains("unknown verdict"));
+  std::set<std::string_view> faults;
+  for (std::size_t i = 0; i < kPoseFaults; ++i) faults.insert(to_string(static_cast<PoseFault>(i)));
+  EXPECT_EQ(faults.size(), kPoseFaults);
+  EXPECT_FALSE(faults.contains("unknown fault"));
 }
 
 }  // namespace
