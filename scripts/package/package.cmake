@@ -91,7 +91,8 @@ if(TARGET brachyd_client)
   set(protocol /usr/share/brachyd-protocol)
   foreach(file net/protocol.json net/PROTOCOL.md net/REFUSALS.md net/IGTL.md tests/haptics/local_model_vectors.json
                scripts/conformance/README.md scripts/conformance/conversations.py scripts/conformance/judge.py
-               scripts/conformance/live.py scripts/ci/wire_schema.py)
+               scripts/conformance/live.py scripts/ci/wire_schema.py tests/conformance/client.c
+               tests/conformance/client.cpp tests/conformance/client.py tests/conformance/Client.cs)
     get_filename_component(folder ${file} DIRECTORY)
     install(FILES ${PROJECT_SOURCE_DIR}/${file} DESTINATION ${protocol}/${folder} COMPONENT client_dev EXCLUDE_FROM_ALL)
   endforeach()

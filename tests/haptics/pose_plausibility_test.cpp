@@ -52,7 +52,7 @@ TEST(PosePlausibility, FindsAQuaternionInAnotherOrderThatBeginsOnTheWay) {
 
 TEST(PosePlausibility, NamesButTakesWhatIsWrongFromTheFirstPoseOn) {
   for (const auto& [wrong, fault] :
-       {std::pair(in_metres, PoseFault::kMetres), std::pair(with_w_first, PoseFault::kQuaternionOrder)}) {
+       {std::pair(&in_metres, PoseFault::kMetres), std::pair(&with_w_first, PoseFault::kQuaternionOrder)}) {
     PosePlausibility plausibility(kBall);
     std::set<PoseFault> named;
     for (int n = 0; n < 80; ++n) {
@@ -100,9 +100,10 @@ TEST(PosePlausibility, FindsNothingInTheTrajectoriesThatComeWithIt) {
       for (const double period_s : {0.005, 0.033})
         for (const NeedleTrajectories::Needle& needle : motions.needles()) {
           PosePlausibility plausibility(kBall);
-          for (double t_s = motions.start_s(); t_s < motions.end_s(); t_s += period_s)
-            if (const auto X = motions.sample(needle.id, t_s))
-              ASSERT_FALSE(plausibility.judge(*X).fault) << entry.path() << " at " << t_s << " s";
+          for (double t_s = motions.start_s(); t_s < motions.end_s(); t_s += period_s) {
+            const auto X_WN = motions.sample(needle.id, t_s);
+            ASSERT_FALSE(X_WN && plausibility.judge(*X_WN).fault) << entry.path() << " at " << t_s << " s";
+          }
         }
   }
   EXPECT_GE(files, 5u);
