@@ -177,7 +177,7 @@ For research and training. Not a medical device.")
 set(CPACK_DEBIAN_CLIENT_DEV_PACKAGE_NAME libbrachyd-client-dev)
 set(CPACK_DEBIAN_CLIENT_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_CLIENT_DEV_PACKAGE_DEPENDS
-    "libbrachyd-client0 (= ${PROJECT_VERSION}-${BRACHY_RELEASE}), python3:any")  # of the judge
+    "python3:any, libbrachyd-client0 (= ${PROJECT_VERSION}-${BRACHY_RELEASE})")  # Python runs the judge
 set(CPACK_DEBIAN_CLIENT_DEV_DESCRIPTION
     "client library of the brachytherapy simulator brachyd: C header
 The header brachyd_client.h (C99), brachyd-client for pkg-config and CMake
