@@ -15,9 +15,9 @@ struct TissueBall {
 };
 
 /// Finds poses in metres and with quaternions in another order (x, y, z, w for w, x, y, z), which are rigid and in
-/// range like any other, by what came before them from the same device. A mistake that begins between two poses gives itself
-/// away, because the pose before, wrongly sent, is the new one: then it is refused. One that is there from the first
-/// pose on is only likely, so that it is named and accepted.
+/// range like any other, by what came before them from the same device. A mistake that begins between two poses gives
+/// itself away, because the pose before, wrongly sent, is the new one: then it is refused. One that is there from the
+/// first pose on is only likely, so that it is named and accepted.
 ///
 /// In metres is a pose whose tip, times 1000, lies within 10 mm and a quarter of its distance from the origin of where
 /// the tip was, at 4 mm from the origin or more. From the first pose on: the tip, of 20 poses or more, has moved by

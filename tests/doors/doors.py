@@ -38,7 +38,8 @@ NAN = float("nan")
 class Daemon:
     """brachyd with a scene, on free ports, in a folder of its own, which also has `files`; ended with the test."""
 
-    def __init__(self, brachyd_path, scene, *more, config=None, files=None, http=True, igtl=True, seconds=2 * DEADLINE_S):
+    def __init__(self, brachyd_path, scene, *more, config=None, files=None, http=True, igtl=True,
+                 seconds=2 * DEADLINE_S):
         self.folder = tempfile.TemporaryDirectory()
         self.path = pathlib.Path(self.folder.name)
         for name, content in (files or {}).items():

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Devices whose poses are late, doubled, reordered, missing, foreign, not finite, far away, no rotation, in metres, with
-their quaternion in another order, or of a clock that is set, on each door of a running brachyd: random sequences, of a
+"""Devices whose poses are late, doubled, reordered, missing, foreign, not finite, far away, no rotation, in metres,
+with their quaternion in another order, or of a clock that is set, on each door of a running brachyd: random sequences, of a
 seed. What the daemon streams is read by another client, of net/protocol.json alone: no needle was moved by a pose that
 is wrong, nor to where no pose was; forces are finite and a hand's within its limit; and an EVENT names each kind once
 for each device, and no kind that it does not have. Prints a table.
@@ -348,8 +348,8 @@ class Judge:
             by_safety = "safety" if kind == "missing" and door != "OpenIGTLink" else named
             print(f"{door:12} {kind:22} {devices:7} {by_safety:>6} {moved:21}")
         forces = np.linalg.norm([force for outcome in outcomes for force in outcome.forces] or [[0, 0, 0]], axis=1)
-        print(f"{len(outcomes)} sequences, {observer.frames} frames; largest force of a hand {forces.max():.2f} N, of the "
-              f"tissue {np.linalg.norm(observer.forces, axis=1).max():.1f} N")
+        print(f"{len(outcomes)} sequences, {observer.frames} frames; largest force of a hand {forces.max():.2f} N, of "
+              f"the tissue {np.linalg.norm(observer.forces, axis=1).max():.1f} N")
 
 
 def main():

@@ -26,8 +26,8 @@ Bytes encode_start_answer(std::string_view type, const Label& label, bool is_don
 Bytes encode_capability(const Label& label, std::span<const std::string_view> types);
 
 /// One slice of 8-bit scalars in RAS, its matrix as the protocol has it: the axes times the spacing of pixels, which is
-/// the slice's thickness too, and the place of the slice's middle. With version 2 the metadata ImageState has its flags:
-/// "live", "held" or "frozen", and " uncertified". Precondition: the pixels are not compressed.
+/// the slice's thickness too, and the place of the slice's middle. With version 2 the metadata ImageState has its
+/// flags: "live", "held" or "frozen", and " uncertified". Precondition: the pixels are not compressed.
 Bytes encode_image(const Label& label, const ImageMessage& image, const RigidTransform& X_FI);
 
 /// The polygons of a POLYDATA, encoded once: they do not change.
