@@ -590,7 +590,10 @@ class Daemon::Impl {
 
   void on_device(bool attached, const net::DeviceInfo& device) {
     NetworkDevice& needle = network_device(device.needle);
-    if (!attached) notices_.add_all(device.needle, text_of(device), needle.guard().faults_in_doubt());
+    if (!attached) {
+      notices_.add_all(device.needle, text_of(device), needle.guard().faults_in_doubt());
+      notices_.forget(text_of(device));
+    }
     attached ? needle.attach() : needle.detach();
     if (is_ending_) return;  // the daemon disconnects it: no fault of the device
     if (is_probe(device.needle)) console_->on_probe_device(attached);

@@ -95,7 +95,7 @@ class Native:
     """A device of the native protocol; its forces are read."""
     kinds = ["late", "doubled", "reordered", "missing", "foreign", "nan", "far", "rotation", "metres", "order", "clock",
              *FROM_THE_START]
-    name, make, needle, exact = "native", NativeDoor, 0, 1e-9
+    name, make, needle = "native", NativeDoor, 0
 
     def __init__(self, daemon, outcome):
         self.outcome = outcome
@@ -142,11 +142,17 @@ class Python(Native):
 class Igtl:
     """A tracker over OpenIGTLink. It gets no force for a hand."""
     kinds = Native.kinds
-    name, needle, exact = "OpenIGTLink", 2, 2e-5  # single precision
+    name, needle = "OpenIGTLink", 2
+    ports = set()  # of all so far
 
     def __init__(self, daemon, outcome):
         self.door = IgtlDoor(daemon)
         port = self.door.socket.getsockname()[1]
+        while port in self.ports:  # its events would be taken for an earlier device's
+            self.door.close()
+            self.door = IgtlDoor(daemon)
+            port = self.door.socket.getsockname()[1]
+        self.ports.add(port)
         outcome.device, outcome.needle = f"127.0.0.1:{port})", self.needle
         self.started_ns = time.time_ns() - time.monotonic_ns()
 

@@ -92,7 +92,7 @@ TEST(PosePlausibility, AnotherDeviceIsJudgedByItsOwnPoses) {
 // At 200 poses a second and at 30, as recorded and centred on a tissue there.
 TEST(PosePlausibility, FindsNothingInTheTrajectoriesThatComeWithIt) {
   std::size_t files = 0;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(BRACHY_CONFIG_DIR)) {
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(BRACHY_SOURCE_DIR "/config")) {
     if (entry.path().extension() != ".csv") continue;
     ++files;
     const NeedleTrajectories recorded = load_trajectories(entry.path());

@@ -44,6 +44,10 @@ class PoseNotices {
     for (std::size_t n = 0; faults != 0 && n < kPoseFaults; ++n)
       if (const auto fault = static_cast<PoseFault>(n); faults & fault_bit(fault)) add(needle, device, fault);
   }
+  /// The device left: another that comes from there is named again.
+  void forget(const std::string& device) {
+    std::erase_if(named_, [&](const std::string& key) { return key.ends_with(" " + device); });
+  }
   void update() { queue_.update(clock_.now_ns()); }
   void end() { queue_.end(); }  ///< passes on all that waits: the daemon ends
 
