@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "haptics/trajectory/needle_trajectories.h"
+#include "test_paths.h"
 
 namespace brachy {
 namespace {
