@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Devices whose poses are late, doubled, reordered, missing, foreign, not finite, far away, no rotation, in metres,
-with their quaternion in another order, or of a clock that is set, on each door of a running brachyd: random sequences, of a
+with their quaternion in another order, or of a clock that is set, on each door of a running brachyd: random
+sequences, of a
 seed. What the daemon streams is read by another client, of net/protocol.json alone: no needle was moved by a pose that
 is wrong, nor to where no pose was; forces are finite and a hand's within its limit; and an EVENT names each kind once
 for each device, and no kind that it does not have. Prints a table.
