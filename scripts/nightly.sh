@@ -28,6 +28,7 @@ parts=(
   'dose        scripts/charts/dose.sh --charts out/nightly/dose'
   'stress      scripts/campaigns/stress.sh'
   'poses       scripts/campaigns/hostile_poses.sh'
+  'devices     /usr/bin/python3 tests/doors/hostile_devices.py build/release/bin/brachyd 1000'
   'faults      scripts/campaigns/faults.sh'
   'sanitized   scripts/campaigns/faults.sh --short --sanitized lies flood attack requests load kills sigterm'
   'live_fuzz   scripts/campaigns/live_fuzz.sh 100000'

@@ -25,6 +25,7 @@
 #include "apps/daemon/exercise/exercise_pages.h"
 #include "apps/daemon/exercise/session_pages.h"
 #include "apps/daemon/forces/force_cycle.h"
+#include "apps/daemon/forces/pose_notices.h"
 #include "apps/daemon/forces/safety_notices.h"
 #include "apps/daemon/io/event_loop.h"
 #include "apps/daemon/loops/deformation_loop.h"
@@ -155,6 +156,23 @@ std::function<void()> as_background_thread(const char* name) {
     drop_capabilities();
     stand_back();
   };
+}
+
+PoseFault fault_of(net::StrayPose stray) {
+  switch (stray) {
+    case net::StrayPose::kTooMany:
+      return PoseFault::kTooMany;
+    case net::StrayPose::kUnseen:
+      return PoseFault::kUnseen;
+    case net::StrayPose::kForeign:
+      break;
+  }
+  return PoseFault::kForeign;
+}
+
+/// As the lease of its needle has it.
+std::string text_of(const net::DeviceInfo& device) {
+  return device.name + " (" + device.address + ")";
 }
 
 /// The thread of TLS handshakes, which anybody can cause; null: no TLS.
@@ -331,7 +349,7 @@ class Daemon::Impl {
   /// Makes the parts of the io thread, each after those that it uses. Each registers for what it has to do: requests of
   /// clients, snapshots, pages, and the end.
   void wire() {
-    at_end_.push_back([this] { next_ ? server_.stop(goes_on_with_ + ": connect again") : server_.stop(); });
+    at_end_.push_back([this] { server_.stop(why_it_ends()); });
     add_forces();
     add_controls();
     add_plan();
@@ -396,8 +414,10 @@ class Daemon::Impl {
   void add_probe() {
     SwitchedDevice* const probe = scene().probe.on ? devices_.back().get() : nullptr;
     if (probe) probe->add_stepper(X_WR_);
-    console_.emplace(scene(), probe,
-                     [this](const net::ScannerMessage& message) { server_.publish(message); });
+    console_.emplace(scene(), probe, [this](const net::ScannerMessage& message) {
+      server_.publish(message);
+      if (igtl_) igtl_->set_scanner(message);
+    });
   }
 
   void add_ultrasound() {
@@ -480,9 +500,10 @@ class Daemon::Impl {
       for (const PlannedSeed& seed : loaded_.plan->seeds(scene().template_grid))
         igtl->targets.push_back(seed.position);
     igtl_.emplace(loop_.io(), *igtl, server_, simulator().tissue(), log_);
+    igtl_->set_scanner(console_->message());
     at_end_.push_back([this] {
       tracking_->cancel();
-      igtl_->stop();
+      igtl_->stop(why_it_ends());
     });
   }
 
@@ -500,6 +521,9 @@ class Daemon::Impl {
     h.state = [this] { return telemetry_->state(); };
     h.on_device = [this](bool attached, const net::DeviceInfo& device) { on_device(attached, device); };
     h.negotiated = [this](std::uint16_t needle) { return std::optional(forces_->link().negotiated(needle)); };
+    h.on_stray_pose = [this](std::uint16_t needle, const std::string& device, net::StrayPose why) {
+      notices_.add(needle, device, fault_of(why));
+    };
     h.on_pose = [this](std::uint16_t needle, const NeedlePose& pose) { return on_pose(needle, pose); };
     return h;
   }
@@ -523,6 +547,11 @@ class Daemon::Impl {
     std::for_each(at_end_.rbegin(), at_end_.rend(), [](const auto& stop) { stop(); });
   }
 
+  /// For clients.
+  std::string why_it_ends() const {
+    return next_ ? goes_on_with_ + ": connect again" : std::string(net::kServerStops);
+  }
+
   /// After all threads have ended.
   void finish(DaemonSummary& summary) {
     if (publisher_) summary.broker = publisher_->statistics();
@@ -542,6 +571,7 @@ class Daemon::Impl {
     summary.seeds_dropped = events_.seeds_dropped();
     summary.drops_refused = events_.drops_refused();
     safety_.end();
+    notices_.end();
     network_log_.end();
     if (loaded_.session)
       summary.session = loaded_.session->end(exercises_->running(), loop_.clock().utc_ns());
@@ -551,7 +581,7 @@ class Daemon::Impl {
 
   std::string load(const net::LoadMessage& message, const std::string& client) {
     const bool is_nothing = message.plan_needle == net::LoadMessage::kNothing;
-    if (!is_nothing && !changes_->has_plan()) return "there is no plan to load a needle from";
+    if (!is_nothing && !changes_->has_plan()) return changes_->no_plan();
     const PlanNeedle* planned = is_nothing ? nullptr : changes_->needle(message.plan_needle);
     if (!is_nothing && !planned) return changes_->no_needle(message.plan_needle);
     if (is_probe(message.needle)) return "the probe carries no seeds";
@@ -577,6 +607,10 @@ class Daemon::Impl {
 
   void on_device(bool attached, const net::DeviceInfo& device) {
     NetworkDevice& needle = network_device(device.needle);
+    if (!attached) {
+      notices_.add_all(device.needle, text_of(device), needle.guard().faults_in_doubt());
+      notices_.forget(text_of(device));
+    }
     attached ? needle.attach() : needle.detach();
     if (is_ending_) return;  // the daemon disconnects it: no fault of the device
     if (is_probe(device.needle)) console_->on_probe_device(attached);
@@ -587,6 +621,8 @@ class Daemon::Impl {
 
   net::PoseVerdict on_pose(std::uint16_t needle, const NeedlePose& pose) {
     const PoseStatus status = network_device(needle).submit(pose);
+    if (const std::uint32_t faults = network_device(needle).guard().faults())
+      notices_.add_all(needle, server_.lease_holder(needle), faults);
     const bool takes_force = forces_->link().gate(needle).connected();
     if (status == PoseStatus::kAccepted) {
       if (takes_force) forces_->link().pose_accepted(needle, pose);
@@ -620,7 +656,9 @@ class Daemon::Impl {
 
   net::ImageDemand image_demand() const {
     net::ImageDemand demand = server_.image_demand();
-    if (igtl_ && igtl_->wants_images()) demand.any = demand.plain = true;
+    if (!igtl_) return demand;
+    if (igtl_->wants_images()) demand.any = demand.plain = true;
+    demand.joined += igtl_->images_asked();
     return demand;
   }
   void publish_model(std::uint64_t run, const std::shared_ptr<const SimulationModel>& model) {
@@ -663,6 +701,7 @@ class Daemon::Impl {
     if (changes_->for_events().update()) events_.set_planned(changes_->for_events().value().seeds);
     loop_.post([this, state] {
       safety_.update();
+      notices_.update();
       spdlog::default_logger_raw()->flush();  // what waits for the log's reader
       for (const auto& take : on_snapshot_) take(state);
     });
@@ -719,6 +758,10 @@ class Daemon::Impl {
                           network_log_.safety("safety: " + event.text);
                           server_.broadcast(event);
                         }};
+  PoseNotices notices_{loop_.clock(), [this](const net::EventMessage& event) {
+                         network_log_.info(event.text);
+                         server_.broadcast(event);
+                       }};
   bool is_ending_ = false;
   std::optional<Attempt> next_;               // why it is ending; none: for good
   std::string goes_on_with_;                  // what clients are told then

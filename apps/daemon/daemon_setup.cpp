@@ -45,6 +45,14 @@ net::TlsContext load_tls(const Scene& scene) {
                                   [](const std::string& line) { spdlog::warn("{}", line); });
 }
 
+/// About its surface.
+TissueBall ball_about(const Tissue& tissue) {
+  TissueBall ball{centre_of(tissue), 0};
+  for (std::size_t v = 0; v < tissue.surface_count; ++v)
+    ball.radius_mm = std::max(ball.radius_mm, (tissue.rest_vertices[v] - ball.middle).norm());
+  return ball;
+}
+
 }  // namespace
 
 Tissue load_simulated_tissue(const Scene& scene) {
@@ -71,7 +79,9 @@ std::vector<std::unique_ptr<SwitchedDevice>> make_devices(const Scene& scene, co
     for (const auto& needle : all.needles())
       scripts[needle.id].emplace(needle.motion, scene.device.loop, all.start_s(), all.end_s());
   }
-  const PoseGuardSettings guard{static_cast<std::int64_t>(scene.device.stale_pose_ms * 1e6)};
+  PoseGuardSettings guard;
+  guard.stale_ns = static_cast<std::int64_t>(scene.device.stale_pose_ms * 1e6);
+  guard.tissue = ball_about(tissue);
   std::vector<std::unique_ptr<SwitchedDevice>> devices;
   devices.reserve(count);
   for (auto& script : scripts) devices.push_back(std::make_unique<SwitchedDevice>(guard, std::move(script)));

@@ -38,7 +38,7 @@ class NetworkDevice final : public Device {
   /// An operator loads the needle as the plan's needle of that index, −1: as nothing. Whoever moves it.
   void load(std::int32_t plan_needle);
 
-  const PoseGuard& guard() const { return guard_; }  ///< for its counters
+  const PoseGuard& guard() const { return guard_; }  ///< for its counters and faults
 
   bool update(std::int64_t now_ns, NeedlePose& pose) override;
 

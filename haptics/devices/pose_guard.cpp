@@ -11,6 +11,7 @@ namespace brachy {
 namespace {
 
 constexpr std::int64_t kDriftDivisor = 5000;  // 200 ppm: twice what a bad quartz does
+constexpr int kMostDoubts = 8;  // in a row: then no clock that was set is to be expected any more
 
 }  // namespace
 
@@ -30,8 +31,45 @@ std::string_view to_string(PoseStatus verdict) {
       return "pose's tip is more than 10 m from the origin; send positions in mm";
     case PoseStatus::kNotAttached:
       return "pose from a device that does not hold the lease; ask for it first";
+    case PoseStatus::kMetres:
+      return "pose is a thousandth of the last one: metres, it seems; send mm";
+    case PoseStatus::kQuaternionOrder:
+      return "pose is turned as the last one with its quaternion in another order; send one order, and "
+             "connect "
+             "again if that before was wrong";
   }
   return "unknown verdict";
+}
+
+std::string_view to_string(PoseFault fault) {
+  switch (fault) {
+    case PoseFault::kNotFinite:
+      return "poses that are not finite are refused: send nothing while tracking is lost";
+    case PoseFault::kFar:
+      return "poses far away are refused: send positions in mm";
+    case PoseFault::kNotRigid:
+      return "poses that are no rotation are refused: send orthonormal right-handed ones";
+    case PoseFault::kLate:
+      return "late poses are refused: look at the network, and drop those that wait";
+    case PoseFault::kDoubled:
+      return "doubled poses are refused: send each once";
+    case PoseFault::kReordered:
+      return "reordered poses are refused: let their stamps ascend";
+    case PoseFault::kMetres:
+      return "poses in metres, it seems: send mm";
+    case PoseFault::kQuaternionOrder:
+      return "quaternions in another order, it seems: x, y, z, w is not w, x, y, z";
+    case PoseFault::kClockSet:
+      return "the clock of its poses was set: their delays are measured again";
+    case PoseFault::kUnseen:
+      return "missing poses: the tracker does not see the tool, and the needle stays where it was";
+    case PoseFault::kForeign:
+      return "foreign poses, of another needle or tool, are skipped: only a device moves a needle, and its "
+             "own";
+    case PoseFault::kTooMany:
+      return "too many poses: those beyond max_poses_per_s are refused";
+  }
+  return "unknown fault";
 }
 
 PoseStatus PoseGuard::check(NeedlePose& pose) {
@@ -47,30 +85,60 @@ std::uint64_t PoseGuard::refused() const {
   return std::accumulate(counts_.begin() + 1, counts_.end(), std::uint64_t{0});
 }
 
+PoseStatus PoseGuard::with_fault(PoseFault fault, PoseStatus status) {
+  faults_ |= fault_bit(fault);
+  return status;
+}
+
 PoseStatus PoseGuard::judge(NeedlePose& pose) {
+  faults_ = 0;
   switch (find_defect(pose.X_WN)) {
     case PoseDefect::kNone:
       break;
     case PoseDefect::kNotFinite:
-      return PoseStatus::kNotFinite;
+      return with_fault(PoseFault::kNotFinite, PoseStatus::kNotFinite);
     case PoseDefect::kOutOfRange:
-      return PoseStatus::kOutOfRange;
+      return with_fault(PoseFault::kFar, PoseStatus::kOutOfRange);
     case PoseDefect::kNotRigid:
-      return PoseStatus::kNotRigid;
+      return with_fault(PoseFault::kNotRigid, PoseStatus::kNotRigid);
   }
-  if (pose.stamp_ns < 0) return PoseStatus::kOutOfOrder;  // before any clock's start; and no overflow below
+  // Before any clock's start; and no overflow below.
+  if (pose.stamp_ns < 0) return with_fault(PoseFault::kReordered, PoseStatus::kOutOfOrder);
   if (const PoseStatus refused = judge_time(pose); refused != PoseStatus::kAccepted) {
-    if (!replaces_last(pose)) return refused;
+    if (!replaces_last(pose)) {
+      doubt_time(pose, refused);
+      return refused;
+    }
     has_last_ = has_offset_ = false;
     judge_time(pose);
     is_provisional_ = false;  // four agree
+    faults_ |= fault_bit(PoseFault::kClockSet);
+    faults_in_doubt_ = 0;
   }
   refused_in_a_row_ = 0;
+  faults_ |= faults_in_doubt_;
+  faults_in_doubt_ = 0;
+  doubts_in_a_row_ = 0;
+  const PosePlausibility::Verdict doubt = plausibility_.judge(pose.X_WN);
+  if (doubt.fault) faults_ |= fault_bit(*doubt.fault);
+  if (doubt.is_refused)
+    return doubt.fault == PoseFault::kMetres ? PoseStatus::kMetres : PoseStatus::kQuaternionOrder;
   has_last_ = true;
   last_stamp_ns_ = pose.stamp_ns;
   last_sequence_ = pose.sequence;
   make_rigid(pose.X_WN);
   return PoseStatus::kAccepted;
+}
+
+/// A pose refused for its time is late, doubled or reordered, unless those after it show that a clock was set.
+void PoseGuard::doubt_time(const NeedlePose& pose, PoseStatus refused) {
+  PoseFault fault = PoseFault::kLate;
+  if (refused == PoseStatus::kOutOfOrder)
+    fault = pose.stamp_ns == last_stamp_ns_ ? PoseFault::kDoubled : PoseFault::kReordered;
+  faults_in_doubt_ |= fault_bit(fault);
+  if (++doubts_in_a_row_ < kMostDoubts) return;
+  faults_ |= faults_in_doubt_;
+  faults_in_doubt_ = 0;
 }
 
 PoseStatus PoseGuard::judge_time(const NeedlePose& pose) {
@@ -106,7 +174,12 @@ bool PoseGuard::is_stale(const NeedlePose& pose) {
   const std::int64_t drift_ns = (pose.received_ns - least_offset_at_ns_) / kDriftDivisor;
   // Offsets lie within ±2^63, their differences may not: compare before subtracting.
   if (!has_offset_ || offset_ns <= least_offset_ns_ + drift_ns) {
+    // A first pose that came late looks like one of a clock that is set afterwards: several must have agreed.
+    if (poses_agreed_ >= kPosesThatAgree && elapsed_ns(offset_ns, least_offset_ns_) > settings_.clock_step_ns)
+      faults_ |= fault_bit(PoseFault::kClockSet);
     is_provisional_ = !has_offset_ || elapsed_ns(offset_ns, least_offset_ns_) > settings_.agreement_ns;
+    if (is_provisional_) poses_agreed_ = 0;
+    ++poses_agreed_;
     has_offset_ = true;
     least_offset_ns_ = offset_ns;
     least_offset_at_ns_ = pose.received_ns;
@@ -116,6 +189,7 @@ bool PoseGuard::is_stale(const NeedlePose& pose) {
       static_cast<std::uint64_t>(offset_ns) -
       static_cast<std::uint64_t>(least_offset_ns_ + drift_ns);  // positive: modulo 2^64 is exact
   if (age_ns > static_cast<std::uint64_t>(settings_.stale_ns)) return true;
+  if (age_ns <= static_cast<std::uint64_t>(settings_.agreement_ns)) ++poses_agreed_;
   is_provisional_ = false;
   return false;
 }

@@ -158,7 +158,8 @@ std::optional<ErrorMessage> Gate::refusal(const std::optional<Token>& shown, Rol
   if (!shown)
     return fatal(
         ErrorCode::kUnauthorised,
-        "this daemon requires a token: give --token-file FILE, in a browser append #token=… to the address");
+        "this daemon requires a token: give --token-file FILE, in a browser append #token=… to the address, "
+        "over HTTP send Authorization: Bearer and the output of `brachy token --show`");
   switch (tokens_.ask(*shown, role)) {
     case TokenGrants::Answer::kGranted:
       return std::nullopt;

@@ -215,11 +215,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     const bool is_operators = access == DynamicPage::Access::kOperator;
     const auto shown = bearer_token(view(parser_->get()[http::field::authorization]));
     const auto why = shared_->server->gate().refusal(shown, is_operators ? Role::kOperator : Role::kViewer);
-    if (!why) return std::nullopt;
-    if (!shown)
-      return std::string("This page requires ") + (is_operators ? "an operator's" : "a viewer's") +
-             " token: Authorization: Bearer and the output of `brachy token --show`.";
-    return why->text;
+    return why ? std::optional(why->text) : std::nullopt;
   }
 
   void send(HttpAnswer answer, bool keeps_alive) {

@@ -126,12 +126,16 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
     return std::ranges::any_of(sessions_, [](const auto& entry) { return entry.second->wants_images(); });
   }
 
-  void stop() {
+  void set_scanner(const ScannerMessage& scanner) { images_.set_scanner(scanner); }
+  std::uint64_t images_asked() const { return images_asked_; }
+
+  void stop(const std::string& why) {
     if (is_stopped_) return;
     is_stopped_ = true;
     stop_connecting();
     for (const auto& session : sessions())
-      session->fail({StatusCode::kShutdown, 0, "Shutdown", "the server stops"});
+      session->fail(
+          {StatusCode::kShutdown, static_cast<std::uint16_t>(ErrorCode::kShutdown), "Shutdown", why});
     if (sessions_.empty()) timer_->cancel();
   }
 
@@ -192,7 +196,8 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
         options_.first_message_wait,
         [this](const IgtlSession& session, const std::string& reason) { on_closed(session, reason); },
         [this] { ++messages_dropped_; },
-        [this](const IgtlSession& session, const std::string& name) { on_other_name(session, name); }};
+        [this](const IgtlSession& session, const std::string& name) { on_other_name(session, name); },
+        [this] { ++images_asked_; }};
     auto session = std::make_shared<IgtlSession>(++last_session_, std::move(connection), std::move(slot),
                                                  environment, wish);
     sessions_.emplace(session->id(), session);
@@ -204,7 +209,8 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
     const auto session = add_session(std::move(socket), std::move(slot), IgtlSession::Wish::kNotKnown);
     log_("OpenIGTLink client from " + session->address() + " joined");
     session->start();
-    if (refusal) session->fail({StatusCode::kBusy, 0, "Busy", refusal->text});
+    if (refusal)
+      session->fail({StatusCode::kBusy, static_cast<std::uint16_t>(refusal->code), "Busy", refusal->text});
   }
 
   /// A server that we connected to: a session without a slot, since nobody came.
@@ -224,6 +230,7 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
          reason);
     add(losses_, session.losses());
     sessions_.erase(session.id());
+    foreign_named_.erase(session.id());
     if (is_link) {
       linked_ = 0;
       link_->on_ended();
@@ -234,6 +241,8 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
   /// Counts all, logs each name once while there are few.
   void on_other_name(const IgtlSession& session, const std::string& name) {
     ++other_names_;
+    if (foreign_named_.insert(session.id()).second)
+      server_.note_stray_pose(0, session.device_text(name), StrayPose::kForeign);
     if (logged_names_.size() >= kMaxLoggedNames || !logged_names_.insert(name).second) return;
     log_("OpenIGTLink client from " + session.address() + ": TRANSFORM " + name +
          " moves no needle and is skipped; a needle's is named NeedleToRas, of several Needle0ToRas, "
@@ -264,9 +273,10 @@ class IgtlServer::Impl : public std::enable_shared_from_this<IgtlServer::Impl> {
   RateLimit transform_rate_{1, 1}, surface_rate_{1, 1};
   std::map<std::uint64_t, std::shared_ptr<IgtlSession>> sessions_;
   std::uint64_t last_session_ = 0;
-  std::uint64_t messages_dropped_ = 0, other_names_ = 0;
+  std::uint64_t messages_dropped_ = 0, other_names_ = 0, images_asked_ = 0;
   IgtlSession::Losses losses_;  // of sessions that have ended
   std::set<std::string> logged_names_;
+  std::set<std::uint64_t> foreign_named_;  // sessions whose first other name the server has been told
   bool is_stopped_ = false;
 };
 
@@ -299,6 +309,12 @@ bool IgtlServer::wants_images() const {
   return impl_->wants_images();
 }
 
+void IgtlServer::set_scanner(const ScannerMessage& scanner) {
+  impl_->set_scanner(scanner);
+}
+std::uint64_t IgtlServer::images_asked() const {
+  return impl_->images_asked();
+}
 std::size_t IgtlServer::client_count() const {
   return impl_->client_count();
 }
@@ -323,8 +339,8 @@ std::uint64_t IgtlServer::other_names() const {
 std::uint64_t IgtlServer::messages_dropped() const {
   return impl_->messages_dropped();
 }
-void IgtlServer::stop() {
-  impl_->stop();
+void IgtlServer::stop(const std::string& why) {
+  impl_->stop(why);
 }
 
 }  // namespace brachy::net::igtl

@@ -77,6 +77,11 @@ class IgtlServer {
   /// A newer ultrasound image, uncompressed, for the clients that asked for such.
   void publish_image(std::shared_ptr<const ImageMessage> image);
   bool wants_images() const;  ///< a client asked for them
+  /// What is set at the scanner from now on: images of other arrays, or of before it was frozen or set free, answer no
+  /// GET_IMAGE.
+  void set_scanner(const ScannerMessage& scanner);
+  /// How often, so far, a client asked that is to get an image, also a frozen one.
+  std::uint64_t images_asked() const;
   /// Whether a client asked for TDATA more often than there are snapshots. On the io thread.
   bool wants_ticks() const;
   /// A newer tick for TDATA, and when it was, UTC. On the io thread; snapshots have their own.
@@ -92,7 +97,7 @@ class IgtlServer {
   bool is_link_up() const;  ///< connected to options.connect
 
   /// Stops listening, notifies every client, and sends what is pending for at most the server's drain_timeout.
-  void stop();
+  void stop(const std::string& why = kServerStops);
 
  private:
   class Impl;

@@ -14,7 +14,6 @@ namespace {
 constexpr std::uint16_t kNewestSent = 2;
 constexpr std::size_t kMaxAnswers = 16;                // waiting; further queries are ignored
 constexpr std::int64_t kFirstImageNs = 5'000'000'000;  // the scanner may have to start
-constexpr std::int64_t kImageAgeNs = 1'000'000'000;    // an older one is not sent to whoever asks for one
 constexpr std::array<std::string_view, 15> kCapabilities = {
     "TRANSFORM", "GET_TRANS",  "GET_POLYDATA", "STT_POLYDATA", "STP_POLYDATA",
     "GET_POINT", "STT_TDATA",  "STP_TDATA",    "GET_IMAGE",    "STT_IMAGE",
@@ -26,11 +25,16 @@ struct CommandOutcome {
   CommandOutcome(const CommandOutcome&) = delete;
   CommandOutcome& operator=(const CommandOutcome&) = delete;
   ~CommandOutcome() {
-    if (answer) answer(error);
+    if (answer) answer(refusal);
   }
-  std::string error;  // empty: done
-  std::function<void(const std::string& error)> answer;
+  Refusal refusal;  // nullopt: done
+  std::function<void(const Refusal& refusal)> answer;
 };
+
+/// Of a STATUS that says what the native protocol says by an ERROR.
+std::uint16_t sub_code(ErrorCode code) {
+  return static_cast<std::uint16_t>(code);
+}
 
 }  // namespace
 
@@ -145,9 +149,12 @@ void IgtlSession::handle_query(const MessageParser::Message& message) {
   } else if (query.type == "GET_IMAGE") {
     answer_image(query);
   } else if (query.type == "STT_IMAGE" || query.type == "STP_IMAGE") {
-    streams_images_ = query.type == "STT_IMAGE";
+    streams_images_ = query.type == "STT_IMAGE" && options_.has_ultrasound;
     images_pending_.clear();
-    answer(encode_start_answer("RTS_IMAGE", label(query.device)));
+    const bool is_done = options_.has_ultrasound || query.type == "STP_IMAGE";
+    answer(encode_start_answer("RTS_IMAGE", label(query.device), is_done));
+    if (!is_done) answer_no_image(kNoScanner);
+    if (streams_images_) environment_.on_image_asked();
   } else {
     answer_transform(query);
   }
@@ -173,17 +180,22 @@ void IgtlSession::answer_transform(const Header& query) {
                                              "there is no transform of " + asked + " now"}));
 }
 
+void IgtlSession::answer_no_image(const std::string& why) {
+  answer(encode_status(label(options_.topology_name), {StatusCode::kNotPresent, 0, "NoImage", why}));
+}
+
 /// The newest image where it is of now, else the next one.
 void IgtlSession::answer_image(const Header& query) {
-  for (const ScannerArray array : environment_.images.arrays()) {
-    const auto image = environment_.images.newest(array);
-    const bool is_new = (image->flags & kImageFrozen) != 0 || now_ns_ - image->publish_ns < kImageAgeNs;
-    if (!is_image_of(query.device, array) || !is_new) continue;
-    images_pending_.insert(array);
+  if (!options_.has_ultrasound) return answer_no_image(kNoScanner);
+  if (const std::string why = environment_.images.why_none(query.device); !why.empty())
+    return answer_no_image(why);
+  if (const auto array = environment_.images.current(query.device, now_ns_)) {
+    images_pending_.insert(*array);
     return write_next();
   }
   asked_image_ = query.device;
   asked_image_ns_ = now_ns_;
+  environment_.on_image_asked();
 }
 
 void IgtlSession::offer_image(ScannerArray array) {
@@ -210,17 +222,13 @@ void IgtlSession::answer_points(const Header& query) {
 }
 
 /// A STRING is answered by a STATUS, a COMMAND by RTS_COMMAND. PLUS writes XML into a COMMAND, and what is to be
-/// done into its name.
+/// done into its name. Beyond their rates commands are refused as the native protocol's requests are.
 void IgtlSession::handle_text(const MessageParser::Message& message) {
   const bool is_command = message.header.type == "COMMAND";
-  if (!environment_.commands) {
-    ++losses_.skipped;
-    if (!is_command) return;
-  }
-  if (!commands_.pass(now_ns_) || answers_.size() >= kMaxAnswers) {
-    ++losses_.ignored;
-    return;
-  }
+  if (!environment_.commands) ++losses_.skipped;
+  // None of them may be left out silently.
+  if (answers_.size() >= options_.max_queued_messages)
+    return fail({StatusCode::kOverflow, sub_code(ErrorCode::kTimeout), "Unread", kUnread});
   const auto command = is_command ? decode_command(message.content) : std::nullopt;
   const auto text = is_command ? std::nullopt : decode_string(message.content);
   if (!command && !text) {
@@ -232,24 +240,28 @@ void IgtlSession::handle_text(const MessageParser::Message& message) {
   const std::string& asked = text ? *text : is_in_name ? command->name : command->content;
   const auto outcome = std::make_shared<CommandOutcome>();
   outcome->answer = [weak = weak_from_this(), to = std::string(message.header.device), asked,
-                     id = command ? std::optional(command->id) : std::nullopt](const std::string& error) {
+                     id = command ? std::optional(command->id) : std::nullopt](const Refusal& refusal) {
     const auto self = weak.lock();
     if (!self || self->is_closing()) return;
     const Label label = self->label(to);
-    if (id) return self->answer(encode_command_answer(label, *id, error));
-    self->answer(encode_status(label, error.empty()
-                                          ? Status{StatusCode::kOk, 0, "OK", asked}
-                                          : Status{StatusCode::kIllegalInstruction, 0, "Refused", error}));
+    const std::uint16_t code = refusal ? sub_code(refusal->code) : std::uint16_t{0};
+    const std::string why = refusal ? refusal->text : "";
+    const Status status = refusal ? Status{StatusCode::kIllegalInstruction, code, "Refused", why}
+                                  : Status{StatusCode::kOk, 0, "OK", asked};
+    if (refusal && refusal->fatal) return self->fail(status);
+    self->answer(id ? encode_command_answer(label, *id, code, why) : encode_status(label, status));
   };
   if (!environment_.commands) {
-    outcome->error = "commands are off: set server.igtl_commands = true";
+    outcome->refusal = ErrorMessage{ErrorCode::kNotOperator, false, 0, 0,
+                                    "commands are off: set server.igtl_commands = true"};
     return;
   }
-  Sender sender{"OpenIGTLink " + address(), Role::kOperator};
-  sender.refuse = [outcome](std::string why) { outcome->error = std::move(why); };
-  outcome->error =
-      execute_command(asked, {*environment_.commands, requests_, now_ns_, std::move(sender),
-                              [this](std::uint16_t needle) { return find_held(needle) != nullptr; }});
+  Sender sender{peer(), Role::kOperator};
+  sender.send_error = [outcome](const ErrorMessage& error) { outcome->refusal = error; };
+  if (auto refusal =
+          execute_command(asked, {*environment_.commands, requests_, now_ns_, std::move(sender),
+                                  [this](std::uint16_t needle) { return find_held(needle) != nullptr; }}))
+    outcome->refusal = std::move(refusal);
 }
 
 void IgtlSession::handle_transform(const MessageParser::Message& message) {
@@ -258,9 +270,9 @@ void IgtlSession::handle_transform(const MessageParser::Message& message) {
   const auto needle = naming.needle_of(header.device);
   if (!needle) return environment_.on_other_name(*this, header.device);  // another program's tool
   if (!poses_.pass(now_ns_)) {
-    return refuse(
-        {false, kRefusedRate, "more than " + std::to_string(options_.max_poses_per_s) + " poses a second"},
-        StatusCode::kOverflow);
+    const PoseVerdict verdict = verdict_beyond_rate(options_.max_poses_per_s);
+    environment_.server.refuse_pose(verdict, *needle, device_text(header.device));
+    return report({StatusCode::kOverflow, verdict.code, "PoseRefused", verdict.text}, header.device);
   }
   const auto X_FN = decode_transform(message.content);
   if (!X_FN) {
@@ -273,7 +285,8 @@ void IgtlSession::handle_transform(const MessageParser::Message& message) {
   Held* held = is_seen ? attach(*needle, header.device) : find_held(*needle);
   if (!held) return;
   held->last_ns = now_ns_;
-  if (!is_seen) return;
+  if (!is_seen)
+    return environment_.server.note_stray_pose(*needle, device_text(header.device), StrayPose::kUnseen);
   NeedlePose pose;
   pose.X_WN = naming.to_world(*X_FN);
   pose.sequence = ++poses_received_;
@@ -284,7 +297,7 @@ void IgtlSession::handle_transform(const MessageParser::Message& message) {
   pose.present = true;
   const PoseVerdict verdict = environment_.server.submit(*needle, pose);
   if (!verdict.accepted)
-    report({StatusCode::kUnknownError, verdict.code, "PoseRefused", header.device + ": " + verdict.text});
+    report({StatusCode::kUnknownError, verdict.code, "PoseRefused", verdict.text}, header.device);
 }
 
 /// The sender's; where it gives none, what its clock showed when the pose came: of those before, else ours.
@@ -305,27 +318,26 @@ IgtlSession::Held* IgtlSession::attach(std::uint16_t needle, const std::string& 
   if (Held* held = find_held(needle)) return held;
   DeviceInfo info;
   info.name = device;
-  info.address = "OpenIGTLink " + address();
+  info.address = peer();
   info.needle = needle;
   info.takes_force = false;
   if (const auto refused = environment_.server.attach(info)) {
     const bool is_there = refused->code != ErrorCode::kNoNeedle;
-    refuse({false, is_there ? kRefusedNotDevice : kRefusedNeedle, refused->text},
-           is_there ? StatusCode::kBusy : StatusCode::kNotPresent);
+    environment_.server.refuse_pose({false, is_there ? kRefusedNotDevice : kRefusedNeedle, refused->text},
+                                    is_there ? needle : std::uint16_t{0}, device_text(device));
+    report({is_there ? StatusCode::kBusy : StatusCode::kNotPresent, sub_code(refused->code), "PoseRefused",
+            refused->text},
+           device);
     return nullptr;
   }
   return &held_.emplace_back(Held{.needle = needle, .last_ns = now_ns_});
 }
 
-void IgtlSession::refuse(const PoseVerdict& verdict, StatusCode code) {
-  environment_.server.count_refusal(verdict);
-  report({code, verdict.code, "PoseRefused", verdict.text});
-}
-
-/// A few a second at most: a client that breaks a rule often does so with each message.
-void IgtlSession::report(const Status& status) {
+/// A few a second at most: a client that breaks a rule often does so with each message. `about`: a device of the
+/// client's; "": none.
+void IgtlSession::report(const Status& status, std::string_view about) {
   if (answers_.size() >= kMaxAnswers || !reports_.pass(now_ns_)) return;
-  answer(encode_status(label(options_.topology_name), status));
+  answer(encode_status(label(about.empty() ? options_.topology_name : about), status));
 }
 
 // --- out ---
@@ -445,7 +457,7 @@ void IgtlSession::check_time(std::int64_t now_ns) {
   if (wish_ == Wish::kNotKnown && now_ns - opened_ns_ >= in_ns(environment_.first_message_wait))
     begin_stream();
   if (asked_image_ && now_ns - asked_image_ns_ >= kFirstImageNs) {
-    report({StatusCode::kNotPresent, 0, "NoImage", "there is no ultrasound image now"});
+    answer_no_image("there is no ultrasound image now");
     asked_image_.reset();
   }
   // Some trackers only send. They may leave what they are sent unread: it is one message.

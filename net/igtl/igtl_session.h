@@ -37,6 +37,7 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
     std::function<void()> on_dropped;  ///< a message of this client was dropped
     /// A TRANSFORM came whose name is no needle's.
     std::function<void(const IgtlSession&, const std::string& name)> on_other_name;
+    std::function<void()> on_image_asked;  ///< this client is to get an image, also a frozen one
   };
   /// What a client gets: decided by its first message, or by who opened the connection.
   enum class Wish { kNotKnown, kStream, kAnswers };
@@ -71,6 +72,10 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
   std::uint64_t id() const { return id_; }
   const std::string& address() const { return connection_->peer(); }
   bool is_closing() const { return phase_ != Phase::kOpen; }
+  /// As its leases have it: "OpenIGTLink ADDRESS".
+  std::string peer() const { return "OpenIGTLink " + address(); }
+  /// A device of the client's, as its lease has it.
+  std::string device_text(const std::string& device) const { return device + " (" + peer() + ")"; }
   Losses losses() const;
   /// The least time between two TDATA; nullopt: none are asked for.
   std::optional<double> tracking_period_s() const { return tracking_period_s_; }
@@ -94,14 +99,14 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
   void handle_query(const MessageParser::Message& message);
   void answer_transform(const Header& query);
   void answer_image(const Header& query);
+  void answer_no_image(const std::string& why);
   void answer_points(const Header& query);
   void handle_text(const MessageParser::Message& message);
   Held* find_held(std::uint16_t needle);  ///< null: it does not hold this needle
   Held* attach(std::uint16_t needle, const std::string& device);
   void release_needles(const std::string& reason);
   std::int64_t stamp_of(const Header& header, const Held& held) const;
-  void refuse(const PoseVerdict& verdict, StatusCode code);
-  void report(const Status& status);
+  void report(const Status& status, std::string_view about = {});
   void stop_tracking();
   void begin_stream();
   Label label(std::string_view device) const;
@@ -130,7 +135,6 @@ class IgtlSession final : public ConnectionListener, public std::enable_shared_f
   RateLimit poses_;
   RateLimit reports_{4, 4};  // STATUS that reports an error
   RateLimit queries_{50, 50};
-  RateLimit commands_{10, 10};
   RateLimits requests_;  // that commands are
   Losses losses_;
 

@@ -13,13 +13,14 @@ BRACHY_CODEC(ArmMessage);
 Refusal handle_arm(const IncomingRequest& request) {
   ArmMessage arm;
   if (auto refusal = request.decode(arm)) return refusal;
-  if (!request.pass({"ARM", 10, 10})) return std::nullopt;
   if (auto refusal = request.refuse_needle(arm.needle)) return refusal;
   if (request.sender.role != Role::kOperator && arm.needle != request.sender.needle)
     return request.refuse(ErrorCode::kNotDevice,
                           "only the device of needle " + std::to_string(arm.needle) +
                               " or a client with the role operator may arm it",
                           kRefusedNotDevice);
+  if (!request.pass({"ARM", 10, 10}))
+    return request.refuse(ErrorCode::kControlRefused, "more than 10 ARMs a second");
   request.server.handlers.call(arm, request.sender);
   return std::nullopt;
 }

@@ -18,8 +18,7 @@ Refusal handle_control(const IncomingRequest& request) {
   ControlMessage control;
   if (auto refusal = request.decode(control)) return refusal;
   if (auto refusal = request.refuse_others("CONTROL")) return refusal;
-  if (!request.pass(kChangesRate))
-    return request.refuse(ErrorCode::kControlRefused, "more than 10 CONTROLs a second");
+  if (auto refusal = request.refuse_changes(ErrorCode::kControlRefused)) return refusal;
   auto refusal = request.call(control, ErrorCode::kControlRefused, "this server has no controls");
   if (!refusal) request.server.broadcast_state();
   return refusal;

@@ -17,6 +17,9 @@ Refusal handle_drop(const IncomingRequest& request) {
   if (!request.pass({"DROP", 100, 100}))
     return ErrorMessage{ErrorCode::kProtocol, true, 0, request.header.sequence,
                         "more than 100 DROPs a second"};
+  if (auto refusal = request.refuse_needle(drop.needle)) return refusal;
+  if (drop.needle == request.server.probe_needle)
+    return request.refuse(ErrorCode::kNoNeedle, "the probe carries no seeds");
   const bool is_device = request.sender.role == Role::kDevice && drop.needle == request.sender.needle;
   const bool is_operator = request.sender.role == Role::kOperator;
   if (!is_device && !(is_operator && request.server.is_own_device(drop.needle)))

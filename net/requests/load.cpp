@@ -16,8 +16,7 @@ Refusal handle_load(const IncomingRequest& request) {
   if (auto refusal = request.decode(load)) return refusal;
   if (auto refusal = request.refuse_others("LOAD")) return refusal;
   if (auto refusal = request.refuse_needle(load.needle)) return refusal;
-  if (!request.pass(kChangesRate))
-    return request.refuse(ErrorCode::kLoadRefused, "more than 10 LOADs or CONTROLs a second");
+  if (auto refusal = request.refuse_changes(ErrorCode::kLoadRefused)) return refusal;
   return request.call(load, ErrorCode::kLoadRefused, "this server loads no needles");
 }
 

@@ -34,8 +34,7 @@ Refusal handle_plan(const IncomingRequest& request) {
   PlanMessage plan;
   if (auto refusal = request.decode(plan)) return refusal;
   if (auto refusal = request.refuse_others("PLAN")) return refusal;
-  if (!request.pass(kChangesRate))
-    return request.refuse(ErrorCode::kPlanRefused, "more than 10 PLANs, LOADs or CONTROLs a second");
+  if (auto refusal = request.refuse_changes(ErrorCode::kPlanRefused)) return refusal;
   return request.call(std::move(plan), ErrorCode::kPlanRefused, "this server has no plan");
 }
 

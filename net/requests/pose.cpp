@@ -24,16 +24,14 @@ Refusal handle_pose(const IncomingRequest& request) {
     return request.pass(reports) ? request.refuse(code, verdict.text, verdict.code) : std::nullopt;
   };
   const auto refuse = [&](const PoseVerdict& verdict, ErrorCode code, const Rate& reports) {
-    server.count_refusal(verdict);
+    server.refuse_pose(verdict, sender.needle == kAnyNeedle ? std::uint16_t{0} : sender.needle, sender.name);
     return report(verdict, code, reports);
   };
   if (sender.role != Role::kDevice)
     return refuse({false, kRefusedNotDevice, "only the client with the role device sends poses"},
                   ErrorCode::kNotDevice, kMisuseReports);
   if (!request.pass({"POSE", double(server.max_poses_per_s), std::max(1.0, server.max_poses_per_s / 10.0)}))
-    return refuse(
-        {false, kRefusedRate, "more than " + std::to_string(server.max_poses_per_s) + " poses a second"},
-        ErrorCode::kPoseRate, kMisuseReports);
+    return refuse(verdict_beyond_rate(server.max_poses_per_s), ErrorCode::kPoseRate, kMisuseReports);
   if (received.needle != sender.needle)
     return refuse({false, kRefusedNeedle,
                    "this device has needle " + std::to_string(sender.needle) + ": WELCOME says so"},

@@ -80,6 +80,10 @@ struct PoseVerdict {
   std::string text;
 };
 
+/// Poses that are judged by no guard: of a needle or tool that is not the sender's, beyond its rate, or marked by its
+/// tracker as those of a tool that it does not see.
+enum class StrayPose : std::uint8_t { kForeign, kTooMany, kUnseen };
+
 /// What requests need of their server, for all of its clients.
 struct RequestServer {
   std::uint16_t needles = 1;
@@ -88,7 +92,8 @@ struct RequestServer {
   std::string devices_at;  ///< of a view-only server: where operators connect; else empty
   std::function<bool(std::uint16_t needle)> is_own_device;  ///< true: the daemon's, not a client's
   std::function<PoseVerdict(std::uint16_t needle, const NeedlePose&)> submit;  ///< counts the pose, too
-  std::function<void(const PoseVerdict&)> count_refusal;  ///< of a pose that is not submitted
+  /// Of a pose that is not submitted. `device`: its sender's name and address.
+  std::function<void(const PoseVerdict&, std::uint16_t needle, const std::string& device)> refuse_pose;
   std::function<void()> broadcast_state;
   RequestHandlers handlers = {};
 };
@@ -119,6 +124,8 @@ struct IncomingRequest {
   Refusal refuse_needle(std::uint16_t needle) const;  ///< nullopt: the scene has it
   /// Unless the sender is an operator. `what`: the message's name.
   Refusal refuse_others(const std::string& what) const;
+  /// Beyond the rate of LOAD, PLAN and CONTROL together. `code`: the message's.
+  Refusal refuse_changes(ErrorCode code) const;
   /// Calls the handler. A reason that it gives is sent with `code`, as is `if_none`.
   template <WireMessage Message>
   Refusal call(Message message, ErrorCode code, const char* if_none) const {
@@ -132,8 +139,11 @@ struct IncomingRequest {
   }
 };
 
-/// Of LOAD, PLAN and CONTROL together.
-inline constexpr Rate kChangesRate{"changes", 10, 10};
+/// Of a server without ultrasound, to whoever asks for its images or scanner.
+inline constexpr const char* kNoScanner = "this server has no ultrasound scanner";
+
+/// The verdict on a pose beyond `max_poses_per_s`.
+PoseVerdict verdict_beyond_rate(std::uint32_t max_poses_per_s);
 
 /// Decodes, checks and carries out a request.
 using Request = Refusal(const IncomingRequest&);

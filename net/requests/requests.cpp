@@ -36,6 +36,15 @@ Refusal IncomingRequest::refuse_needle(std::uint16_t needle) const {
                                           std::to_string(server.needles - 1));
 }
 
+Refusal IncomingRequest::refuse_changes(ErrorCode code) const {
+  if (pass({"changes", 10, 10})) return std::nullopt;
+  return refuse(code, "more than 10 CONTROLs, LOADs and PLANs a second");
+}
+
+PoseVerdict verdict_beyond_rate(std::uint32_t max_poses_per_s) {
+  return {false, kRefusedRate, "more than " + std::to_string(max_poses_per_s) + " poses a second"};
+}
+
 Refusal IncomingRequest::refuse_others(const std::string& what) const {
   if (sender.role == Role::kOperator) return std::nullopt;
   const std::string where = server.devices_at.empty() ? "" : ": operators connect to " + server.devices_at;

@@ -27,7 +27,7 @@ Refusal handle_scanner(const IncomingRequest& request) {
                           "only a client with the role operator, or the probe's device, may send SCANNER");
   if (!request.pass({"SCANNER", 30, 30}))
     return request.refuse(ErrorCode::kScannerRefused, "more than 30 SCANNERs a second");
-  return request.call(scanner, ErrorCode::kScannerRefused, "this server has no ultrasound scanner");
+  return request.call(scanner, ErrorCode::kScannerRefused, kNoScanner);
 }
 
 }  // namespace brachy::net

@@ -77,7 +77,9 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
                   options_.devices_at,
                   [this](std::uint16_t needle) { return is_own_device(needle); },
                   [this](std::uint16_t needle, const NeedlePose& pose) { return submit(needle, pose); },
-                  [this](const PoseVerdict& verdict) { count_refusal(verdict); },
+                  [this](const PoseVerdict& verdict, std::uint16_t needle, const std::string& device) {
+                    refuse_pose(verdict, needle, device);
+                  },
                   [this] { broadcast_state(); }} {}
 
   void start() {
@@ -305,10 +307,16 @@ class Server::Impl final : public SessionHost, public std::enable_shared_from_th
   }
   PoseVerdict submit(std::uint16_t needle, const NeedlePose& pose) {
     PoseVerdict verdict = handlers_.on_pose ? handlers_.on_pose(needle, pose) : PoseVerdict{};
-    verdict.accepted ? poses_.accept() : count_refusal(verdict);
+    verdict.accepted ? poses_.accept() : poses_.refuse(verdict.code, verdict.text);
     return verdict;
   }
-  void count_refusal(const PoseVerdict& verdict) { poses_.refuse(verdict.code, verdict.text); }
+  void refuse_pose(const PoseVerdict& verdict, std::uint16_t needle, const std::string& device) {
+    poses_.refuse(verdict.code, verdict.text);
+    note_stray_pose(needle, device, verdict.code == kRefusedRate ? StrayPose::kTooMany : StrayPose::kForeign);
+  }
+  void note_stray_pose(std::uint16_t needle, const std::string& device, StrayPose why) {
+    if (handlers_.on_stray_pose) handlers_.on_stray_pose(needle, device, why);
+  }
 
   std::optional<ErrorMessage> attach(const DeviceInfo& device) {
     std::uint16_t granted = 0;
@@ -567,8 +575,11 @@ void Server::detach(std::uint16_t needle, const std::string& reason) {
 PoseVerdict Server::submit(std::uint16_t needle, const NeedlePose& pose) {
   return impl_->submit(needle, pose);
 }
-void Server::count_refusal(const PoseVerdict& verdict) {
-  impl_->count_refusal(verdict);
+void Server::refuse_pose(const PoseVerdict& verdict, std::uint16_t needle, const std::string& device) {
+  impl_->refuse_pose(verdict, needle, device);
+}
+void Server::note_stray_pose(std::uint16_t needle, const std::string& device, StrayPose why) {
+  impl_->note_stray_pose(needle, device, why);
 }
 bool Server::send(std::uint16_t needle, const ForceMessage& message) {
   return impl_->send(needle, message);

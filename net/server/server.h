@@ -109,8 +109,11 @@ class Server {
   void detach(std::uint16_t needle, const std::string& reason);
   /// Submits a pose of such a device and returns the verdict; counted as any other pose.
   PoseVerdict submit(std::uint16_t needle, const NeedlePose& pose);
-  /// Counts a pose that was refused before it was submitted.
-  void count_refusal(const PoseVerdict& verdict);
+  /// Counts a pose that was refused before it was submitted, and tells the owner. `device`: its sender's name and
+  /// address.
+  void refuse_pose(const PoseVerdict& verdict, std::uint16_t needle, const std::string& device);
+  /// Tells the owner of a pose that is skipped and answered by nothing.
+  void note_stray_pose(std::uint16_t needle, const std::string& device, StrayPose why);
 
   /// To the needle's network device, if there is one. Of each kind at most one waits: a newer one replaces it and is
   /// counted, so that a slow device gets fewer messages but no old ones. False where the message replaced one or there
@@ -136,7 +139,7 @@ class Server {
 
   /// Stops listening, notifies every client, and sends what is pending for at most drain_timeout; after that `io` has
   /// nothing left to do for this server. `why`: the text of the clients' SHUTDOWN.
-  void stop(const std::string& why = "the server stops");
+  void stop(const std::string& why = kServerStops);
 
  private:
   class Impl;

@@ -51,6 +51,11 @@ struct ServerOptions {
   TimerClock* clock = &real_clock();  ///< of stamps, rates and timeouts, of all listeners
 };
 
+/// What a client is told where the server simply ends.
+inline constexpr const char* kServerStops = "the server stops";
+/// A client whose answers fill its queue.
+inline constexpr const char* kUnread = "too many messages wait to be read";
+
 /// What subscribed clients are to get, at present.
 struct ImageDemand {
   bool any = false;     ///< somebody subscribed
@@ -81,6 +86,9 @@ struct ServerHandlers {
   std::function<void(bool attached, const DeviceInfo&)> on_device;  ///< a network device took or left a lease
   /// What was negotiated with the needle's device, which has just been attached; none: nothing.
   std::function<std::optional<NegotiatedLimits>(std::uint16_t needle)> negotiated;
+  /// Poses came from `device`, a connection's name and address, that reach no handler of poses: why not. `needle`:
+  /// whose they were to be, or 0.
+  std::function<void(std::uint16_t needle, const std::string& device, StrayPose)> on_stray_pose;
   std::function<StateMessage()> state;  ///< the simulation's part of STATE; the server adds its own counts
   std::function<void(const std::string&)> log;  ///< one line, no line end
 };

@@ -177,7 +177,7 @@ void Session::send(MessageType type, std::shared_ptr<const Bytes> body) {
   if (phase_ != Phase::kOpen) return;
   const auto own = std::count_if(queue_.begin(), queue_.end(), [](const Outgoing& o) { return o.is_own; });
   if (static_cast<std::size_t>(own) >= options_.max_queued_messages) {
-    return fail(ErrorCode::kTimeout, "too many messages wait to be read");
+    return fail(ErrorCode::kTimeout, kUnread);
   }
   queue_.push_back({type, std::move(body)});
   write_next();

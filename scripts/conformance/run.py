@@ -15,6 +15,7 @@ import pathlib
 import shutil
 import sys
 
+sys.dont_write_bytecode = True  # nothing is left beside what a package has installed
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import conversations  # pylint: disable=wrong-import-position
 import live  # pylint: disable=wrong-import-position

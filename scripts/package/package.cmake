@@ -87,6 +87,18 @@ if(TARGET brachyd_client)
   install(FILES ${PROJECT_SOURCE_DIR}/apps/examples/gland_view.c ${PROJECT_SOURCE_DIR}/apps/csharp/BrachydClient.cs
                 ${PROJECT_SOURCE_DIR}/apps/csharp/examples/GlandMesh.cs
           DESTINATION ${examples} COMPONENT client_dev EXCLUDE_FROM_ALL)
+  # For whoever writes a client: the schema with its golden bytes, the documents, the vectors of forces and the judge, in
+  # the tree that they have here, by which they find each other.
+  set(protocol /usr/share/brachyd-protocol)
+  foreach(file net/protocol.json net/PROTOCOL.md net/REFUSALS.md net/IGTL.md tests/haptics/local_model_vectors.json
+               scripts/conformance/README.md scripts/conformance/conversations.py scripts/conformance/judge.py
+               scripts/conformance/live.py scripts/ci/wire_schema.py tests/conformance/client.c
+               tests/conformance/client.cpp tests/conformance/client.py tests/conformance/Client.cs)
+    get_filename_component(folder ${file} DIRECTORY)
+    install(FILES ${PROJECT_SOURCE_DIR}/${file} DESTINATION ${protocol}/${folder} COMPONENT client_dev EXCLUDE_FROM_ALL)
+  endforeach()
+  install(PROGRAMS ${PROJECT_SOURCE_DIR}/scripts/conformance/run.py DESTINATION ${protocol}/scripts/conformance
+          COMPONENT client_dev EXCLUDE_FROM_ALL)
 endif()
 if(TARGET brachyd_engine)
   list(APPEND CPACK_COMPONENTS_ALL python)
@@ -178,12 +190,15 @@ For research and training. Not a medical device.")
 
 set(CPACK_DEBIAN_CLIENT_DEV_PACKAGE_NAME libbrachyd-client-dev)
 set(CPACK_DEBIAN_CLIENT_DEV_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_CLIENT_DEV_PACKAGE_DEPENDS "libbrachyd-client0 (= ${PROJECT_VERSION}-${BRACHY_RELEASE})")
+set(CPACK_DEBIAN_CLIENT_DEV_PACKAGE_DEPENDS
+    "python3:any, libbrachyd-client0 (= ${PROJECT_VERSION}-${BRACHY_RELEASE})")  # Python runs the judge
 set(CPACK_DEBIAN_CLIENT_DEV_DESCRIPTION
     "client library of the brachytherapy simulator brachyd: C header
 The header brachyd_client.h (C99), brachyd-client for pkg-config and CMake
 (find_package(brachyd-client), brachyd::client). Examples: a viewer with
-OpenGL, the binding for C#, a script for Unity.")
+OpenGL, the binding for C#, a script for Unity. In /usr/share/brachyd-protocol
+the protocol's schema, documents and vectors, and the judge of clients,
+scripts/conformance/run.py.")
 
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-brachyd)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)

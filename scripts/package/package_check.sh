@@ -95,6 +95,9 @@ inside dpkg --audit
 for program in brachyd brachy; do scripts/package/hardening.sh "$root/usr/bin/$program"; done
 say "hardened: position independent, full RELRO, BIND_NOW, stack protector, FORTIFY"
 
+inside /usr/share/brachyd-protocol/scripts/conformance/run.py --help >"$log" || fail "the judge of clients does not run"
+say "the judge of clients runs: $(head -n 1 "$log")"
+
 # serve: the daemon as the service runs it, but by nobody, on free ports; a device and a viewer.
 mkfifo "$root/tmp/said"
 # shellcheck disable=SC2094

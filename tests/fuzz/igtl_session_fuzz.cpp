@@ -116,7 +116,7 @@ class World {
                                        EXPECT_FALSE(reason.empty());
                                        is_closed_ = true;
                                      },
-                                     [] {}, [](const igtl::IgtlSession&, const std::string&) {}});
+                                     [] {}, [](const igtl::IgtlSession&, const std::string&) {}, [] {}});
 };
 
 }  // namespace

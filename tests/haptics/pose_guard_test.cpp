@@ -4,9 +4,17 @@
 
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <limits>
+#include <numbers>
+#include <optional>
 #include <set>
+#include <utility>
+#include <vector>
 
+#include "haptics/devices/pose_plausibility.h"
+#include "haptics/trajectory/needle_trajectories.h"
+#include "test_paths.h"
 #include "tests/haptics/milliseconds.h"
 
 namespace brachy {
@@ -252,11 +260,159 @@ TEST(PoseGuard, PosesThatAreLateAndGoOnAreNoClockThatIsSetBack) {
     ASSERT_EQ(check(guard, pose_number(n, 500 * kMs)), PoseStatus::kStale) << n;
 }
 
+/// The faults that are told of these poses, in any order.
+std::uint32_t faults_of(PoseGuard& guard, const std::vector<NeedlePose>& poses) {
+  std::uint32_t faults = 0;
+  for (const NeedlePose& pose : poses) {
+    check(guard, pose);
+    faults |= guard.faults();
+  }
+  return faults | guard.faults_in_doubt();
+}
+
+TEST(PoseGuard, TellsWhatIsWrongInTime) {
+  std::vector<NeedlePose> good;
+  for (std::uint64_t n = 1; n <= 20; ++n) good.push_back(pose_number(n));
+  const auto with = [&](std::vector<NeedlePose> more) {
+    std::vector<NeedlePose> poses = good;
+    poses.insert(poses.end(), more.begin(), more.end());
+    poses.push_back(pose_number(40));
+    PoseGuard guard;
+    return faults_of(guard, poses);
+  };
+  EXPECT_EQ(with({}), 0u);
+  EXPECT_EQ(with({pose_number(21, 300 * kMs)}), fault_bit(PoseFault::kLate));
+  EXPECT_EQ(with({pose_number(20)}), fault_bit(PoseFault::kDoubled));
+  EXPECT_EQ(with({pose_number(22), pose_number(21)}), fault_bit(PoseFault::kReordered));
+}
+
+// Those that are refused until a new offset is agreed upon are neither late nor reordered.
+TEST(PoseGuard, TellsAClockThatIsSetFromLateAndReorderedPoses) {
+  for (const std::int64_t step_ns : {-1000 * kMs, 1000 * kMs}) {
+    PoseGuard guard;
+    std::uint32_t faults = 0;
+    for (std::uint64_t n = 1; n <= 60; ++n) {
+      NeedlePose pose = pose_number(n);
+      if (n > 30) pose.stamp_ns += step_ns;
+      check(guard, pose);
+      faults |= guard.faults();
+    }
+    EXPECT_EQ(faults | guard.faults_in_doubt(), fault_bit(PoseFault::kClockSet)) << step_ns;
+  }
+}
+
+TEST(PoseGuard, AFirstPoseThatCameLateIsNoClockThatIsSet) {
+  PoseGuard guard;
+  std::vector<NeedlePose> poses = {pose_number(1, 400 * kMs)};
+  for (std::uint64_t n = 82; n <= 120; ++n) poses.push_back(pose_number(n));
+  EXPECT_EQ(faults_of(guard, poses), 0u);
+}
+
 TEST(PoseGuard, EveryVerdictHasASentenceOfItsOwn) {
   std::set<std::string_view> sentences;
   for (std::size_t i = 0; i < kPoseStatuses; ++i) sentences.insert(to_string(static_cast<PoseStatus>(i)));
   EXPECT_EQ(sentences.size(), kPoseStatuses);
   EXPECT_FALSE(sentences.contains("unknown verdict"));
+  std::set<std::string_view> faults;
+  for (std::size_t i = 0; i < kPoseFaults; ++i) faults.insert(to_string(static_cast<PoseFault>(i)));
+  EXPECT_EQ(faults.size(), kPoseFaults);
+  EXPECT_FALSE(faults.contains("unknown fault"));
+}
+
+const TissueBall kBall{Vec3(0, 0, 0), 25};
+
+/// On its way in, tilted by 10°, a step of 1 mm a pose.
+RigidTransform on_the_way(int n) {
+  return {Eigen::AngleAxisd(0.17, Vec3(1, 2, 0).normalized()).toRotationMatrix(), Vec3(5, -3, -60.0 + n)};
+}
+/// w, x, y, z read as x, y, z, w.
+RigidTransform with_w_first(RigidTransform X) {
+  const Eigen::Quaterniond q(X.R);
+  X.R = Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()).toRotationMatrix();
+  return X;
+}
+RigidTransform in_metres(RigidTransform X) {
+  X.p /= 1000;
+  return X;
+}
+
+TEST(PosePlausibility, FindsMetresThatBeginOnTheWayAndTakesMmAgain) {
+  PosePlausibility plausibility(kBall);
+  for (int n = 0; n < 60; ++n) {
+    const bool is_wrong = n >= 20 && n < 40;
+    const auto verdict = plausibility.judge(is_wrong ? in_metres(on_the_way(n)) : on_the_way(n));
+    EXPECT_EQ(verdict.is_refused, is_wrong) << n;
+    EXPECT_EQ(verdict.fault, is_wrong ? std::optional(PoseFault::kMetres) : std::nullopt) << n;
+  }
+}
+
+TEST(PosePlausibility, FindsAQuaternionInAnotherOrderThatBeginsOnTheWay) {
+  PosePlausibility plausibility(kBall);
+  for (int n = 0; n < 60; ++n) {
+    const bool is_wrong = n >= 20 && n < 40;
+    const auto verdict = plausibility.judge(is_wrong ? with_w_first(on_the_way(n)) : on_the_way(n));
+    EXPECT_EQ(verdict.is_refused, is_wrong) << n;
+    EXPECT_EQ(verdict.fault, is_wrong ? std::optional(PoseFault::kQuaternionOrder) : std::nullopt) << n;
+  }
+}
+
+TEST(PosePlausibility, NamesButTakesWhatIsWrongFromTheFirstPoseOn) {
+  for (const auto& [wrong, fault] :
+       {std::pair(&in_metres, PoseFault::kMetres), std::pair(&with_w_first, PoseFault::kQuaternionOrder)}) {
+    PosePlausibility plausibility(kBall);
+    std::set<PoseFault> named;
+    for (int n = 0; n < 80; ++n) {
+      const auto verdict = plausibility.judge(wrong(on_the_way(n)));
+      EXPECT_FALSE(verdict.is_refused) << n;
+      if (verdict.fault) named.insert(*verdict.fault);
+    }
+    EXPECT_EQ(named, std::set{fault});
+  }
+}
+
+// A hand may be anywhere next, and a bevel is flipped: half a turn about the shaft is named and taken.
+TEST(PosePlausibility, RefusesNoJump) {
+  PosePlausibility plausibility(kBall);
+  RigidTransform X = on_the_way(0);
+  for (const Vec3& p : {Vec3(0, 0, 0), Vec3(300, 20, -100), Vec3(0.3, 0, -0.1), Vec3(-4, 0, -4)}) {
+    X.p = p;
+    EXPECT_FALSE(plausibility.judge(X).fault) << p.transpose();
+  }
+  X.R = X.R * Eigen::AngleAxisd(1.0, Vec3::UnitX()).toRotationMatrix();
+  EXPECT_FALSE(plausibility.judge(X).fault);
+  PosePlausibility straight(kBall);
+  EXPECT_FALSE(straight.judge({}).fault);
+  const auto flipped =
+      straight.judge({Eigen::AngleAxisd(std::numbers::pi, Vec3::UnitZ()).toRotationMatrix(), {}});
+  EXPECT_FALSE(flipped.is_refused);
+  EXPECT_EQ(flipped.fault, PoseFault::kQuaternionOrder);
+}
+
+TEST(PosePlausibility, AnotherDeviceIsJudgedByItsOwnPoses) {
+  PosePlausibility plausibility(kBall);
+  plausibility.judge(on_the_way(0));
+  plausibility.reset();
+  EXPECT_FALSE(plausibility.judge(in_metres(on_the_way(1))).fault);
+}
+
+// At 200 poses a second and at 30, as recorded and centred on a tissue there.
+TEST(PosePlausibility, FindsNothingInTheTrajectoriesThatComeWithIt) {
+  std::size_t files = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(BRACHY_SOURCE_DIR "/config")) {
+    if (entry.path().extension() != ".csv") continue;
+    ++files;
+    const NeedleTrajectories recorded = load_trajectories(entry.path());
+    for (const NeedleTrajectories& motions : {recorded, recorded.centred_on(Vec3::Zero())})
+      for (const double period_s : {0.005, 0.033})
+        for (const NeedleTrajectories::Needle& needle : motions.needles()) {
+          PosePlausibility plausibility(kBall);
+          for (double t_s = motions.start_s(); t_s < motions.end_s(); t_s += period_s) {
+            const auto X_WN = motions.sample(needle.id, t_s);
+            ASSERT_FALSE(X_WN && plausibility.judge(*X_WN).fault) << entry.path() << " at " << t_s << " s";
+          }
+        }
+  }
+  EXPECT_GE(files, 5u);
 }
 
 }  // namespace

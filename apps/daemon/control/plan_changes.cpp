@@ -111,12 +111,14 @@ std::string PlanChanges::execute(net::PlanMessage request, const net::Sender& fr
   return edit(std::make_shared<const net::PlanMessage>(std::move(request)), from);
 }
 
+std::string PlanChanges::no_plan() const {
+  return scene_.implant.is_hdr() ? "catheters of an afterloader carry no seeds: there is no plan of such"
+                                 : "there is no plan: give the scene plan.file";
+}
+
 /// Why no plan may be changed now, whoever asks; "": it may.
 std::string PlanChanges::refusal() const {
-  if (!plan_)
-    return scene_.implant.is_hdr()
-               ? "catheters of an afterloader carry no seeds: there is no plan of them to change"
-               : "there is no plan: give the scene plan.file";
+  if (!plan_) return no_plan();
   if (runs_.is_preparing()) return "a model is being prepared: try again once it is in use";
   if (!state_) return "the simulation has not begun: try again";
   // Needles that lock the gland stay in, and carry no seeds.

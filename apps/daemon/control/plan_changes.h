@@ -59,6 +59,7 @@ class PlanChanges {
   const PlanNeedle* needle(std::uint16_t number) const;
   std::string no_needle(std::uint16_t number) const;  ///< what to say then
   bool has_plan() const { return plan_ != nullptr; }
+  std::string no_plan() const;  ///< why it has none
 
   /// A snapshot: what lies in the body, and where the needles are. Where the simulation was reset, the plan is the
   /// scene's again.

@@ -30,6 +30,10 @@ std::string reason_of(std::uint16_t code) {
       return "out_of_range";
     case static_cast<std::uint16_t>(PoseStatus::kNotAttached):
       return "not_attached";
+    case static_cast<std::uint16_t>(PoseStatus::kMetres):
+      return "metres";
+    case static_cast<std::uint16_t>(PoseStatus::kQuaternionOrder):
+      return "quaternion_order";
     case net::kRefusedRate:
       return "rate";
     case net::kRefusedNeedle:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from .constants import ControlAction
 from .protocol import Protocol
 from .websocket import BINARY, WebSocket, encode_frame
-from .wire import Error, Force, Hello, Message, Scanner
+from .wire import Error, Force, Hello, Message, Request, Scanner
 
 READ_BYTES = 1 << 18
 
@@ -138,22 +138,31 @@ class Client:
                     return message
         return None
 
+    def request(self, message: Request) -> int:
+        """Sends any request of the protocol, such as wire.Load(0, 3); its sequence, which an Error in `errors` that
+        refuses it names as about_sequence."""
+        sequence = self.protocol.request(message)
+        self.flush()
+        return sequence
+
     def control(self, action: ControlAction, loop: bool = False, kernel: str = "",
                 support_radius_mm: float = float("nan")) -> int:
         sequence = self.protocol.control(action, loop, kernel, support_radius_mm)
         self.flush()
         return sequence
 
-    def arm(self, needle: Optional[int] = None) -> None:
+    def arm(self, needle: Optional[int] = None) -> int:
         """Ends a latch of the needle's force: of the device's own, or, as operator, of any. The force then comes in
         over 0.5 s."""
-        self.protocol.arm(self.protocol.needle if needle is None else needle)
+        sequence = self.protocol.arm(self.protocol.needle if needle is None else needle)
         self.flush()
+        return sequence
 
-    def press(self, pressed: bool, needle: Optional[int] = None) -> None:
+    def press(self, pressed: bool, needle: Optional[int] = None) -> int:
         """The button of the needle's device, which drops a seed when it goes down."""
-        self.protocol.press(self.protocol.needle if needle is None else needle, pressed)
+        sequence = self.protocol.press(self.protocol.needle if needle is None else needle, pressed)
         self.flush()
+        return sequence
 
     def set_scanner(self, scanner: Scanner) -> int:
         """As operator, or as the probe's device. What is in use then comes as protocol.scanner."""
@@ -230,15 +239,22 @@ class AsyncClient:
         await self.flush()
         return sequence
 
+    async def request(self, message: Request) -> int:
+        """As Client's."""
+        sequence = self.protocol.request(message)
+        await self.flush()
+        return sequence
+
     async def control(self, action: ControlAction, loop: bool = False, kernel: str = "",
                       support_radius_mm: float = float("nan")) -> int:
         sequence = self.protocol.control(action, loop, kernel, support_radius_mm)
         await self.flush()
         return sequence
 
-    async def arm(self, needle: Optional[int] = None) -> None:
-        self.protocol.arm(self.protocol.needle if needle is None else needle)
+    async def arm(self, needle: Optional[int] = None) -> int:
+        sequence = self.protocol.arm(self.protocol.needle if needle is None else needle)
         await self.flush()
+        return sequence
 
     async def close(self) -> None:
         self._writer.close()

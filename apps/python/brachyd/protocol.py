@@ -77,18 +77,21 @@ class Protocol:
     def request_state(self) -> None:
         self.send(MessageType.STATE, b"")
 
-    def arm(self, needle: int) -> None:
-        self.send(MessageType.ARM, wire.Arm(needle).encode())
+    def request(self, message: wire.Request) -> int:
+        return self.send(message.TYPE, message.encode())
 
-    def press(self, needle: int, pressed: bool) -> None:
-        self.send(MessageType.DROP, wire.Drop(needle, pressed).encode())
+    def arm(self, needle: int) -> int:
+        return self.request(wire.Arm(needle))
+
+    def press(self, needle: int, pressed: bool) -> int:
+        return self.request(wire.Drop(needle, pressed))
 
     def control(self, action: ControlAction, loop: bool = False, kernel: str = "",
                 support_radius_mm: float = wire.NOT_STATED) -> int:
         return self.send(MessageType.CONTROL, wire.encode_control(action, loop, kernel, support_radius_mm))
 
     def set_scanner(self, scanner: Scanner) -> int:
-        return self.send(MessageType.SCANNER, scanner.encode())
+        return self.request(scanner)
 
     def ping(self) -> None:
         self.send(MessageType.PING, Ping(self._sent + 1, False, 0, 0).encode())

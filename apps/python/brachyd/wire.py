@@ -15,22 +15,23 @@ from .constants import (ANY_NEEDLE, ControlAction, DeviceFlag, ImageRequestFlag,
                         Subscription)
 from .wire_bytes import (HEADER, Array, FloatArray, Header, ProtocolError, Reader, Writer, decode_header,
                          encode_message)
-from .wire_generated import (Arm, Contour, Control, Dose, Drop, Error, Event, Force, Forces, Frame, HelloDevice,
-                             HelloImages, HelloSections, HelloSoftware, HelloToken, Image, LocalModel, Needle, Ping,
-                             Plan, PlannedNeedle, PlannedSeed, Pose, Quantiles, Refusal, Scanner, Scene, Seed, State,
-                             StructureDose, Topology, Welcome)
+from .wire_generated import (Arm, Contour, ContourSlice, Control, Dose, Drop, Error, Event, Exercise, Force, Forces,
+                             Frame, HelloDevice, HelloImages, HelloSections, HelloSoftware, HelloToken, Image, Load,
+                             LocalModel, Needle, Ping, Plan, PlanNeedle, PlannedNeedle, PlannedSeed, Pose, Quantiles,
+                             Refusal, Scanner, Scene, Seed, State, StructureDose, Topology, Welcome)
 from .wire_generated import FrameCertificate as Certificate
 from .wire_generated import SceneStructure as Structure
 from .wire_generated import ServerMessage as Message
 from .wire_generated import WelcomeLimits as Limits
 
-__all__ = ["Arm", "Array", "Certificate", "Contour", "DECODERS", "Dose", "Drop", "Error", "Event", "FloatArray",
-           "Force", "Forces", "Frame", "HEADER", "Header", "Hello", "Image", "Limits", "LocalModel", "Message",
-           "NOT_STATED", "Needle", "Ping", "Plan", "PlannedNeedle", "PlannedSeed", "Pose", "ProtocolError",
-           "Quantiles", "Reader", "Refusal", "Scanner", "Scene", "Seed", "State", "Structure", "StructureDose",
-           "Topology", "Welcome", "Writer", "decode", "decode_header", "encode_control", "encode_message",
-           "encode_pose"]
+__all__ = ["Arm", "Array", "Certificate", "Contour", "ContourSlice", "DECODERS", "Dose", "Drop", "Error", "Event",
+           "Exercise", "FloatArray", "Force", "Forces", "Frame", "HEADER", "Header", "Hello", "Image", "Limits", "Load",
+           "LocalModel", "Message", "NOT_STATED", "Needle", "Ping", "Plan", "PlanNeedle", "PlannedNeedle",
+           "PlannedSeed", "Pose", "ProtocolError", "Quantiles", "Reader", "Refusal", "Request", "Scanner", "Scene",
+           "Seed", "State", "Structure", "StructureDose", "Topology", "Welcome", "Writer", "decode", "decode_header",
+           "encode_control", "encode_message", "encode_pose"]
 NOT_STATED = math.nan
+Request = Union[Arm, Contour, Control, Drop, Exercise, Load, Plan, Pose, Scanner]
 
 
 @dataclass

@@ -17,6 +17,12 @@ void put_transform(Bytes& out, const RigidTransform& X) {
   for (int row = 0; row < 3; ++row) put(out, static_cast<float>(X.p(row)));
 }
 
+/// "live", "held" or "frozen", and " uncertified" where that flag is set.
+std::string image_state(std::uint16_t flags) {
+  std::string state = flags & kImageFrozen ? "frozen" : flags & kImageHeld ? "held" : "live";
+  return flags & kImageUncertified ? state + " uncertified" : state;
+}
+
 }  // namespace
 
 Bytes encode_empty(std::string_view type, const Label& label) {
@@ -53,9 +59,9 @@ Bytes encode_tracking(const Label& label, std::span<const TrackedTool> tools) {
   return message.finish();
 }
 
-Bytes encode_start_answer(std::string_view type, const Label& label) {
+Bytes encode_start_answer(std::string_view type, const Label& label, bool is_done) {
   MessageBuilder message(type, label, 1);
-  message.bytes().push_back(std::byte{0});
+  message.bytes().push_back(is_done ? std::byte{0} : std::byte{1});
   return message.finish();
 }
 
@@ -85,7 +91,9 @@ Bytes encode_image(const Label& label, const ImageMessage& image, const RigidTra
   for (const std::uint16_t side : size) put(out, side);
   const auto pixels = std::as_bytes(std::span(image.data));
   out.insert(out.end(), pixels.begin(), pixels.end());
-  return message.finish();
+  const std::string state = image_state(image.flags);
+  const MessageBuilder::Metadata metadata[] = {{"ImageState", state}};
+  return message.finish(metadata);
 }
 
 Bytes encode_triangles(std::span<const Triangle> triangles) {

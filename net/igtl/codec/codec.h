@@ -22,11 +22,12 @@ Bytes encode_transform(const Label& label, const RigidTransform& X, std::string_
 Bytes encode_status(const Label& label, const Status& status);
 Bytes encode_tracking(const Label& label, std::span<const TrackedTool> tools);
 /// RTS_TDATA, RTS_POLYDATA or RTS_IMAGE, the answer to STT_ and STP_ of these: done.
-Bytes encode_start_answer(std::string_view type, const Label& label);
+Bytes encode_start_answer(std::string_view type, const Label& label, bool is_done = true);
 Bytes encode_capability(const Label& label, std::span<const std::string_view> types);
 
 /// One slice of 8-bit scalars in RAS, its matrix as the protocol has it: the axes times the spacing of pixels, which is
-/// the slice's thickness too, and the place of the slice's middle. Precondition: the pixels are not compressed.
+/// the slice's thickness too, and the place of the slice's middle. With version 2 the metadata ImageState has its
+/// flags: "live", "held" or "frozen", and " uncertified". Precondition: the pixels are not compressed.
 Bytes encode_image(const Label& label, const ImageMessage& image, const RigidTransform& X_FI);
 
 /// The polygons of a POLYDATA, encoded once: they do not change.

@@ -62,9 +62,10 @@ enum class StatusCode : std::uint16_t {
 
 struct Status {
   StatusCode code = StatusCode::kOk;
-  std::int64_t sub_code = 0;  ///< with a refused pose the refusal's code
-  std::string name;           ///< short, for programs; cut to kNameBytes
-  std::string text;           ///< for people
+  /// Of a refused pose its PoseVerdict's; of what the native protocol says by an ERROR that one's code; else 0.
+  std::int64_t sub_code = 0;
+  std::string name;  ///< short, for programs; cut to kNameBytes
+  std::string text;  ///< for people
 };
 
 /// One tool of a TDATA.

@@ -13,6 +13,27 @@ std::string text_of(std::span<const std::byte> bytes) {
   return to_wire_text(get_name(bytes), kLongestText);
 }
 
+/// As the value of an XML attribute in double quotes.
+std::string as_attribute(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        escaped += "&amp;";
+        break;
+      case '<':
+        escaped += "&lt;";
+        break;
+      case '"':
+        escaped += "&quot;";
+        break;
+      default:
+        escaped += c;
+    }
+  }
+  return escaped;
+}
+
 }  // namespace
 
 std::optional<std::string> decode_string(std::span<const std::byte> content) {
@@ -30,9 +51,12 @@ std::optional<CommandText> decode_command(std::span<const std::byte> content) {
                      text_of(content.subspan(kCommandHeaderBytes))};
 }
 
-Bytes encode_command_answer(const Label& label, std::uint32_t id, std::string_view error) {
-  const std::string_view result = error.empty() ? "<Command><Result success=\"true\"/></Command>"
-                                                : "<Command><Result success=\"false\"/></Command>";
+Bytes encode_command_answer(const Label& label, std::uint32_t id, std::uint16_t code,
+                            std::string_view error) {
+  std::string result = "<Command><Result success=\"true\"/></Command>";
+  if (!error.empty())
+    result = "<Command><Result success=\"false\"><Parameter Name=\"Code\" Value=\"" + std::to_string(code) +
+             "\"/><Parameter Name=\"Reason\" Value=\"" + as_attribute(error) + "\"/></Result></Command>";
   MessageBuilder message("RTS_COMMAND", label, kCommandHeaderBytes + result.size());
   Bytes& out = message.bytes();
   put(out, id);

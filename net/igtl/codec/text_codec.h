@@ -24,7 +24,8 @@ constexpr std::size_t kLongestText = 256;
 std::optional<std::string> decode_string(std::span<const std::byte> content);
 std::optional<CommandText> decode_command(std::span<const std::byte> content);
 
-/// The answer to a COMMAND. As upstream's library has it, `error` stands in the name's place; empty: done.
-Bytes encode_command_answer(const Label& label, std::uint32_t id, std::string_view error);
+/// The answer to a COMMAND. As upstream's library has it, `error` stands in the name's place, cut to 127 bytes; empty:
+/// done. The content has it whole, with the `code` of the native protocol's ERROR.
+Bytes encode_command_answer(const Label& label, std::uint32_t id, std::uint16_t code, std::string_view error);
 
 }  // namespace brachy::net::igtl

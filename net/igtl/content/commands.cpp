@@ -28,32 +28,34 @@ std::optional<Number> number_of(const std::string& word) {
 
 /// As if the message had come over the native protocol.
 template <WireMessage Message>
-std::string carry_out(const Message& message, const CommandSource& source, const Sender& sender) {
+Refusal carry_out(const Message& message, const CommandSource& source, const Sender& sender) {
   const auto body = encoded_body(message);
   net::Header header;
   header.type = Message::kType;
   header.length = static_cast<std::uint32_t>(body->size());
   Request* const request = find_request(Message::kType);
-  const Refusal refusal = request({header, *body, source.received_ns, sender, source.rates, source.server});
-  return refusal ? refusal->text : "";
+  return request({header, *body, source.received_ns, sender, source.rates, source.server});
 }
 
-std::string press(std::uint16_t needle, const CommandSource& source, const Sender& sender) {
-  std::string error = carry_out(DropMessage{needle, true}, source, sender);
-  return error.empty() ? carry_out(DropMessage{needle, false}, source, sender) : error;
+Refusal press(std::uint16_t needle, const CommandSource& source, const Sender& sender) {
+  if (auto refusal = carry_out(DropMessage{needle, true}, source, sender)) return refusal;
+  return carry_out(DropMessage{needle, false}, source, sender);
+}
+
+Refusal no_command() {
+  return ErrorMessage{ErrorCode::kProtocol, false, 0, 0, kUsage};
 }
 
 }  // namespace
 
-std::string execute_command(std::string_view text, const CommandSource& source) {
+Refusal execute_command(std::string_view text, const CommandSource& source) {
   const std::vector<std::string> words = words_of(text);
-  if (words.empty()) return kUsage;
+  if (words.empty()) return no_command();
   const std::string& verb = words.front();
   ControlMessage control;
   if (verb == "arm" || verb == "drop") {
     const auto needle = words.size() < 2 ? std::uint16_t{0} : number_of<std::uint16_t>(words[1]);
-    if (words.size() > 2 || !needle) return kUsage;
-    if (*needle >= source.server.needles) return "there is no needle " + words.back();
+    if (words.size() > 2 || !needle) return no_command();
     Sender sender = source.sender;
     if (source.is_held(*needle)) {
       sender.role = Role::kDevice;
@@ -73,11 +75,11 @@ std::string execute_command(std::string_view text, const CommandSource& source) 
     control.kernel = words[1];
     if (words.size() == 3) {
       const auto support = number_of<double>(words[2]);
-      if (!support) return kUsage;
+      if (!support) return no_command();
       control.support_radius_mm = *support;
     }
   } else {
-    return kUsage;
+    return no_command();
   }
   return carry_out(control, source, source.sender);
 }

@@ -20,7 +20,8 @@ struct CommandSource {
 
 /// Carries out what a STRING or COMMAND asks: "reset", "play", "play loop", "stop", "model NAME [SUPPORT_MM]", "arm N"
 /// or "drop N" (N: a needle, 0 where it is left out), as the native protocol's CONTROL, ARM and DROP. Untrusted input.
-/// Returns the error to send; empty: done, or, while sender.refuse is kept, being done.
-std::string execute_command(std::string_view text, const CommandSource& source);
+/// Returns the ERROR that the native protocol would answer with; nullopt: done, or, while sender.send_error is kept,
+/// being done.
+Refusal execute_command(std::string_view text, const CommandSource& source);
 
 }  // namespace brachy::net::igtl

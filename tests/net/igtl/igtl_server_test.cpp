@@ -244,7 +244,7 @@ TEST_F(IgtlServerTest, RefusedPosesAreToldWithTheGuardsCode) {
   ASSERT_TRUE(until_read(peer, [&] { return peer.count("STATUS") == 1; }));
   const Status status = peer.last("STATUS").status();
   EXPECT_EQ(status.sub_code, 2);
-  EXPECT_EQ(status.text, "NeedleToRas: not rigid");
+  EXPECT_EQ(status.text, "not rigid");
   const auto viewer = join_as(Role::kViewer, "viewer");
   ASSERT_TRUE(until([&] { return !viewer->states.empty(); }));
   ASSERT_EQ(viewer->states.back().refusals.size(), 1u);

@@ -14,7 +14,9 @@ using net::test::ServerFixture;
 
 struct IgtlImages : ServerFixture {
   IgtlImages() {
-    start();
+    ServerOptions options;
+    options.has_ultrasound = true;
+    start(options);
     igtl = std::make_unique<IgtlServer>(io, IgtlOptions{}, *server, tissue, [](const std::string&) {});
   }
   void publish_image(ScannerArray array, std::uint8_t gray) {
@@ -112,20 +114,77 @@ TEST_F(IgtlImages, NobodyElseGetsThem) {
   EXPECT_EQ(silent.count("IMAGE"), 0u);
 }
 
+// What is in use at the scanner, as the console publishes it.
+ScannerMessage set_to(ScannerArray array, ScannerFreeze freeze) {
+  ScannerMessage scanner;
+  scanner.array = array;
+  scanner.freeze = freeze;
+  return scanner;
+}
+
 TEST_F(IgtlImages, AFrozenImageIsSentAgainAtOnceButAnOldOneIsNot) {
   auto image = std::make_shared<ImageMessage>(net::test::sample_image());
+  image->array = ScannerArray::kTransverse;
   image->publish_ns = 1;  // long ago
   image->flags = 0;
   igtl->publish_image(image);
   IgtlPeer peer(io, igtl->port());
   ASSERT_TRUE(peer.send_query("GET_IMAGE"));
   ASSERT_TRUE(until([&] { return igtl->wants_images(); })) << "the old one does not do";
+  EXPECT_EQ(igtl->images_asked(), 1u) << "for a frozen one again";
+  igtl->set_scanner(set_to(ScannerArray::kTransverse, ScannerFreeze::kFrozen));
   image = std::make_shared<ImageMessage>(*image);
   image->flags = kImageFrozen;
   igtl->publish_image(image);
   ASSERT_TRUE(until_of(peer, [&] { return peer.count("IMAGE") == 1; }));
   ASSERT_TRUE(peer.send_query("GET_IMAGE"));
   ASSERT_TRUE(until_of(peer, [&] { return peer.count("IMAGE") == 2; }));
+  // Its time says how old it is.
+  EXPECT_LT(peer.last("IMAGE").header.timestamp, to_timestamp(clock.utc_ns()) - to_timestamp(1'000'000'000));
+}
+
+// Set free while nobody watched, or another array: it is not what the scanner shows, however it was flagged.
+TEST_F(IgtlImages, AFrozenImageOfBeforeAnswersNothing) {
+  auto image = std::make_shared<ImageMessage>(net::test::sample_image());
+  image->array = ScannerArray::kTransverse;
+  image->flags = kImageFrozen;
+  igtl->set_scanner(set_to(ScannerArray::kTransverse, ScannerFreeze::kFrozen));
+  igtl->publish_image(image);
+  IgtlPeer peer(io, igtl->port());
+  igtl->set_scanner(set_to(ScannerArray::kTransverse, ScannerFreeze::kLive));
+  ASSERT_TRUE(peer.send_query("GET_IMAGE"));
+  ASSERT_TRUE(until([&] { return igtl->wants_images(); })) << "the next one is waited for";
+  publish_image(ScannerArray::kTransverse, 7);
+  ASSERT_TRUE(until_of(peer, [&] { return peer.count("IMAGE") == 1; }));
+  EXPECT_EQ(gray_of(peer.last("IMAGE")), 7);
+
+  igtl->publish_image(image);
+  igtl->set_scanner(set_to(ScannerArray::kSagittal, ScannerFreeze::kFrozen));
+  ASSERT_TRUE(peer.send_query("GET_IMAGE", "UltrasoundTransverse"));
+  ASSERT_TRUE(until_of(peer, [&] { return peer.count("STATUS") == 1; }));
+  EXPECT_EQ(peer.last("STATUS").status().code, StatusCode::kNotPresent);
+  EXPECT_EQ(peer.last("STATUS").status().text,
+            "UltrasoundTransverse is of an array that is not in use: the scanner shows UltrasoundSagittal");
+  ASSERT_TRUE(peer.send_query("GET_IMAGE", "Camera"));
+  ASSERT_TRUE(until_of(peer, [&] { return peer.count("STATUS") == 2; }));
+  EXPECT_EQ(peer.last("STATUS").status().text.substr(0, 24), "there is no image Camera");
+  EXPECT_EQ(peer.count("IMAGE"), 1u);
+}
+
+TEST_F(IgtlImages, AServerWithoutUltrasoundSaysSoAtOnce) {
+  igtl.reset();
+  start();
+  igtl = std::make_unique<IgtlServer>(io, IgtlOptions{}, *server, tissue, [](const std::string&) {});
+  IgtlPeer peer(io, igtl->port());
+  std::size_t refused = 0;
+  for (const char* query : {"GET_IMAGE", "STT_IMAGE"}) {
+    ASSERT_TRUE(peer.send_query(query));
+    ASSERT_TRUE(until_of(peer, [&] { return peer.count("STATUS") == refused + 1; }));
+    ++refused;
+    EXPECT_EQ(peer.last("STATUS").status().text, kNoScanner) << query;
+  }
+  EXPECT_EQ(peer.last("RTS_IMAGE").content.front(), std::byte{1}) << "1: not done";
+  EXPECT_FALSE(igtl->wants_images());
 }
 
 }  // namespace

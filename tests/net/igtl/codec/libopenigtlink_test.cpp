@@ -433,7 +433,7 @@ TEST(LibOpenIgtLink, CommandsAreReadAndTheirAnswersUnpacked) {
   EXPECT_EQ(read->content, "<Command/>");
 
   const auto answer = unpacked<::igtl::RTSCommandMessage>(
-      encode_command_answer({2, "Client", kTimestamp}, 42, "no such thing"));
+      encode_command_answer({2, "Client", kTimestamp}, 42, 13, "no such thing"));
   EXPECT_EQ(answer->GetCommandId(), 42u);
   EXPECT_EQ(answer->GetCommandErrorString(), "no such thing");
 }

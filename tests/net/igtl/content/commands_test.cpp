@@ -26,11 +26,12 @@ struct IgtlCommands : ::testing::Test {
     handlers.set<ArmMessage>([this](const ArmMessage& arm, const Sender&) { arms.push_back(arm.needle); });
     handlers.set<DropMessage>(
         [this](const DropMessage& drop, const Sender&) { drops.emplace_back(drop.needle, drop.pressed); });
-    return execute_command(
+    last = execute_command(
         text,
         {server, rates, ++now_ns * 1'000'000'000, {"slicer", Role::kOperator}, [this](std::uint16_t needle) {
            return needle == held;
          }});
+    return last ? last->text : "";
   }
 
   std::vector<ControlMessage> controls;
@@ -38,6 +39,7 @@ struct IgtlCommands : ::testing::Test {
   std::vector<std::uint16_t> arms;
   std::vector<std::pair<std::uint16_t, bool>> drops;
   std::string refusal;
+  Refusal last;
   RateLimits rates;
   std::int64_t now_ns = 0;
   int own_device = 0, held = -1;
@@ -62,7 +64,10 @@ TEST_F(IgtlCommands, ArmAndDropNameANeedle) {
   EXPECT_EQ(execute("drop"), "");
   EXPECT_EQ(arms, std::vector<std::uint16_t>{1});
   EXPECT_EQ(drops, (std::vector<std::pair<std::uint16_t, bool>>{{0, true}, {0, false}}));
-  EXPECT_EQ(execute("arm 2"), "there is no needle 2");
+  for (const char* text : {"arm 2", "drop 2"}) {
+    EXPECT_EQ(execute(text), "there is no needle 2: needles are 0 to 1");
+    EXPECT_EQ(last->code, ErrorCode::kNoNeedle);
+  }
   EXPECT_EQ(arms.size(), 1u);
 }
 
@@ -87,6 +92,7 @@ TEST_F(IgtlCommands, WhatIsNoneDoesNothingAndIsToldWhatThereIs) {
 TEST_F(IgtlCommands, ARefusalIsPassedOn) {
   refusal = "a session is being recorded";
   EXPECT_EQ(execute("reset"), refusal);
+  EXPECT_EQ(last->code, ErrorCode::kControlRefused);
 }
 
 Bytes command(std::uint32_t id, std::string_view name, std::string_view content, std::uint32_t length) {
@@ -124,8 +130,8 @@ TEST(IgtlTextCodec, RefusesSizesThatDoNotFit) {
   EXPECT_FALSE(decode_string(std::span(text).first(3)));
 }
 
-TEST(IgtlTextCodec, TheAnswerHasTheCommandsNumberAndTheErrorInItsNamesPlace) {
-  const Bytes done = encode_command_answer({2, "Slicer", 0}, 9, "");
+TEST(IgtlTextCodec, TheAnswerHasTheCommandsNumberTheErrorInItsNamesPlaceAndAllOfItInItsContent) {
+  const Bytes done = encode_command_answer({2, "Slicer", 0}, 9, 0, "");
   EXPECT_EQ(decode_header(done).type, "RTS_COMMAND");
   const auto content_of = [](const Bytes& message) {
     const auto body = std::span(message).subspan(kHeaderSize + kExtendedHeaderSize);
@@ -134,9 +140,14 @@ TEST(IgtlTextCodec, TheAnswerHasTheCommandsNumberAndTheErrorInItsNamesPlace) {
   EXPECT_EQ(content_of(done)->id, 9u);
   EXPECT_EQ(content_of(done)->name, "");
   EXPECT_EQ(content_of(done)->content, "<Command><Result success=\"true\"/></Command>");
-  const Bytes refused = encode_command_answer({2, "Slicer", 0}, 10, std::string(200, 'x'));
+  const Bytes refused = encode_command_answer({2, "Slicer", 0}, 10, 13, std::string(200, 'x'));
   EXPECT_EQ(content_of(refused)->name, std::string(127, 'x'));
   EXPECT_NE(content_of(refused)->content.find("false"), std::string::npos);
+  const Bytes quoted = encode_command_answer({2, "Slicer", 0}, 11, 13, "no kernel \"<&\"");
+  EXPECT_EQ(
+      content_of(quoted)->content,
+      "<Command><Result success=\"false\"><Parameter Name=\"Code\" Value=\"13\"/><Parameter Name=\"Reason\" "
+      "Value=\"no kernel &quot;&lt;&amp;&quot;\"/></Result></Command>");
 }
 
 }  // namespace
