@@ -12,6 +12,9 @@ namespace {
 
 constexpr std::int64_t kDriftDivisor = 5000;  // 200 ppm: twice what a bad quartz does
 constexpr int kMostDoubts = 8;  // in a row: then no clock that was set is to be expected any more
+// Of stamps, in which a delay that many others share comes again also where a network hands poses on in bundles, as
+// Nagle's algorithm does with those of 40 ms.
+constexpr std::int64_t kBundlesNs = 100'000'000;
 
 }  // namespace
 
@@ -115,7 +118,7 @@ PoseStatus PoseGuard::judge(NeedlePose& pose) {
     faults_ |= fault_bit(PoseFault::kClockSet);
     faults_in_doubt_ = 0;
   }
-  refused_in_a_row_ = 0;
+  refused_that_agree_ = 0;
   faults_ |= faults_in_doubt_;
   faults_in_doubt_ = 0;
   doubts_in_a_row_ = 0;
@@ -147,25 +150,26 @@ PoseStatus PoseGuard::judge_time(const NeedlePose& pose) {
   return is_stale(pose) ? PoseStatus::kStale : PoseStatus::kAccepted;
 }
 
-/// Counts a pose refused for its time. Of a backlog that arrives at once the delays fall with each pose: they do not
-/// agree.
+/// Counts a pose refused for its time, if its delay agrees with the first one's. Of a backlog that arrives at once the
+/// delays fall with each pose: they do not agree.
 bool PoseGuard::replaces_last(const NeedlePose& pose) {
   const std::int64_t offset_ns = pose.received_ns - pose.stamp_ns;
-  const auto agrees = [&] {
-    if (refused_in_a_row_ == 0 || pose.stamp_ns <= refused_stamp_ns_) return false;
-    const std::int64_t off_ns =
-        elapsed_ns(refused_offset_ns_, offset_ns) + elapsed_ns(offset_ns, refused_offset_ns_);
-    return off_ns <= settings_.agreement_ns && off_ns <= (pose.stamp_ns - first_refused_stamp_ns_) / 2;
-  };
-  if (!agrees()) {
-    refused_in_a_row_ = 0;
+  const std::int64_t off_ns =
+      elapsed_ns(refused_offset_ns_, offset_ns) + elapsed_ns(offset_ns, refused_offset_ns_);
+  const std::int64_t since_first_ns = elapsed_ns(first_refused_stamp_ns_, pose.stamp_ns);
+  const bool agrees = off_ns <= settings_.agreement_ns && off_ns <= since_first_ns / 2;
+  if (refused_that_agree_ == 0 || pose.stamp_ns <= refused_stamp_ns_ ||
+      (!agrees && since_first_ns > kBundlesNs)) {
+    refused_that_agree_ = 1;
     refused_offset_ns_ = offset_ns;
     first_refused_stamp_ns_ = pose.stamp_ns;
     is_set_back_ = pose.stamp_ns <= last_stamp_ns_;
+  } else if (agrees) {
+    ++refused_that_agree_;
   }
   refused_stamp_ns_ = pose.stamp_ns;
   const bool may_replace = is_provisional_ || (is_set_back_ && pose.sequence > last_sequence_);
-  return ++refused_in_a_row_ >= kPosesThatAgree && may_replace;
+  return refused_that_agree_ >= kPosesThatAgree && agrees && may_replace;
 }
 
 bool PoseGuard::is_stale(const NeedlePose& pose) {

@@ -47,10 +47,11 @@ struct PoseGuardSettings {
 ///
 /// A pose stamped ahead of its device's clock makes those after it stale or back in time. So one whose difference is
 /// far below the smallest so far, or that is the first, is provisional until another one is accepted. While it is,
-/// four poses refused in a row for their time that agree among themselves replace it. Poses whose sequence goes on
-/// while their stamps go back are of a clock that was set back, as NTP does: four in a row that agree are a new
-/// offset. Where it was set back by less than a pose's distance from the one before, they cannot be told from late
-/// ones: those older than stale_ns are refused until the next reset, that is, until the device connects again.
+/// four poses refused for their time, with no other between them, whose delays agree replace it. Poses whose sequence
+/// goes on while their stamps go back are of a clock that was set back, as NTP does: four that agree are a new offset,
+/// also where a network hands them on in bundles. Where it was set back by less than a pose's distance from the one
+/// before, they cannot be told from late ones: those older than stale_ns are refused until the next reset, that is,
+/// until the device connects again.
 ///
 /// Threads: one, the io thread.
 ///
@@ -90,7 +91,7 @@ class PoseGuard {
     plausibility_.reset();
   }
 
-  /// So many poses refused in a row for their time replace a provisional one.
+  /// So many poses refused for their time that agree replace a provisional one.
   static constexpr int kPosesThatAgree = 4;
 
  private:
@@ -110,8 +111,8 @@ class PoseGuard {
   std::int64_t least_offset_at_ns_ = 0;  // arrival of the pose that showed it
   int poses_agreed_ = 0;                 // accepted with that offset, but for agreement_ns
   bool is_provisional_ = false;          // the last accepted pose is
-  bool is_set_back_ = false;  // the first of those refused has a stamp before the last accepted one's
-  int refused_in_a_row_ = 0;  // since it, which agree
+  bool is_set_back_ = false;    // the first of those refused has a stamp before the last accepted one's
+  int refused_that_agree_ = 0;  // with the first of them, which counts; 0: none
   std::int64_t refused_offset_ns_ = 0;  // of the first of them
   std::int64_t first_refused_stamp_ns_ = 0;
   std::int64_t refused_stamp_ns_ = 0;  // of the last of them

@@ -556,8 +556,8 @@ COMMAND's answer has it in its content.
 """
 FOOT = """
 Not in the table, since they need a broker, or seconds of silence: a view-only relay (NOT_DEVICE, NOT_OPERATOR),
-TIMEOUT, and a plan that changed or a model that failed while it was made. The client in C has the native protocol's codes and
-texts.
+TIMEOUT, and a plan that changed or a model that failed while it was made. The client in C has the native protocol's
+codes and texts.
 """
 
 

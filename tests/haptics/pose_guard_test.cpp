@@ -243,6 +243,21 @@ TEST(PoseGuard, AClockThatIsSetBackCostsThreePoses) {
     }
 }
 
+// As Nagle's algorithm hands poses on, which waits for an acknowledgement of 40 ms: delays fall within each bundle.
+TEST(PoseGuard, AClockThatIsSetBackIsFoundAlsoWherePosesComeInBundles) {
+  for (const std::int64_t period_ns : {2 * kMs, 5 * kMs, 10 * kMs, 16 * kMs})
+    for (std::uint64_t set_at = 100; set_at < 120; ++set_at) {  // anywhere in a bundle
+      PoseGuard guard;
+      std::uint64_t refused = 0;
+      for (std::uint64_t n = 1; n < 200; ++n) {
+        NeedlePose pose = set_back(n, period_ns, n < set_at ? 0 : 1000 * kMs);
+        pose.received_ns += 40 * kMs - pose.received_ns % (40 * kMs);
+        refused += check(guard, pose) != PoseStatus::kAccepted;
+      }
+      EXPECT_LE(static_cast<std::int64_t>(refused) * period_ns, 120 * kMs) << period_ns << " " << set_at;
+    }
+}
+
 TEST(PoseGuard, WhatIsSentAgainIsNoClockThatIsSetBack) {
   PoseGuard guard;
   for (std::uint64_t n = 1; n < 200; ++n) ASSERT_EQ(check(guard, pose_number(n)), PoseStatus::kAccepted);
