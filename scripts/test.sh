@@ -40,14 +40,15 @@ run_tests() {  # PRESET [ctest options]
   scripts/ci/list_skipped.py "build/$preset/tests.xml" "build/$preset/test-results"
 }
 check_format() { git ls-files '*.h' '*.cpp' | xargs clang-format-14 --dry-run --Werror; }
-# NAME COMMAND… on the time that other stages leave, after what began so before it; finish NAME waits for it.
+# NAME COMMAND… on the time that other stages leave, after what began so before it; finish NAME waits for it. Where Linux
+# groups processes by session (autogroup), nice counts only within one: the group is made nice too.
 declare -A beside
 last_beside=
 begin_beside() {
   local name=$1 before=$last_beside; shift
   (
     if [[ $before ]]; then while kill -0 "$before" 2>/dev/null; do sleep 0.5; done; fi
-    exec setsid nice -n 19 "$@"
+    exec setsid nice -n 19 bash -c '{ echo 19 >/proc/self/autogroup; } 2>/dev/null || true; exec "$@"' bash "$@"
   ) >"out/$name.log" 2>&1 &
   beside[$name]=$!
   last_beside=$!
