@@ -40,8 +40,8 @@ run_tests() {  # PRESET [ctest options]
   scripts/ci/list_skipped.py "build/$preset/tests.xml" "build/$preset/test-results"
 }
 check_format() { git ls-files '*.h' '*.cpp' | xargs clang-format-14 --dry-run --Werror; }
-# NAME COMMAND… on the time that other stages leave, after what began so before it; finish NAME waits for it. Where Linux
-# groups processes by session (autogroup), nice counts only within one: the group is made nice too.
+# NAME COMMAND… on the time that other stages leave, after what began so before it; finish NAME waits for it. Where
+# Linux groups processes by session (autogroup), nice counts only within one: the group is made nice too.
 declare -A beside
 last_beside=
 begin_beside() {

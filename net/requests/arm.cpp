@@ -19,8 +19,11 @@ Refusal handle_arm(const IncomingRequest& request) {
                           "only the device of needle " + std::to_string(arm.needle) +
                               " or a client with the role operator may arm it",
                           kRefusedNotDevice);
-  if (!request.pass({"ARM", 10, 10}))
+  if (!request.pass({"ARM", 10, 10})) {
+    // A hand that arms until its force comes back must not be drowned in answers, which would end its connection.
+    if (!request.pass({"refused ARM", 10, 10})) return std::nullopt;
     return request.refuse(ErrorCode::kControlRefused, "more than 10 ARMs a second");
+  }
   request.server.handlers.call(arm, request.sender);
   return std::nullopt;
 }

@@ -274,18 +274,18 @@ int run(const ScoreOptions& options) {
     throw UserError(recording.string() +
                     ": is a recording in one file; write it into a folder with `brachy export " +
                     recording.string() + " --out DIR` and score that");
-  if (is_of_seeds_alone(options)) {
-    if (!options.out)
-      throw UsageError(recording.string() + ": is a file of seeds: give the page a place with --out");
-    if (options.exercise)
-      throw UsageError("an exercise is a session's, and " + recording.string() + " is a file of seeds");
-  }
   check_output(json_beside(options), options.force);
   if (options.what_if && !options.out)
     throw UsageError(
         "--what-if scores against something else than the session's own: give the page a place with --out");
   std::optional<Exercise> exercise;
   if (options.exercise) exercise = load_exercise(*options.exercise);
+  if (is_of_seeds_alone(options)) {
+    if (!options.out)
+      throw UsageError(recording.string() + ": is a file of seeds: give the page a place with --out");
+    if (options.exercise)
+      throw UsageError("an exercise is a session's, and " + recording.string() + " is a file of seeds");
+  }
   if (exercise && options.what_if)
     throw UsageError("an exercise is passed in its own scene: leave out --what-if");
   Scoring scoring = load_scoring(options, exercise);

@@ -1,5 +1,7 @@
 #include "apps/import/case/case_structures.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -113,11 +115,12 @@ void CaseStructures::read_contours(const RtRoi& roi, const std::string& file, co
   if (stack.repeated > 0)
     structure.notes.push_back(std::to_string(stack.repeated) + " contours occurred twice");
   if (stack.most_apart_mm > kNotedMm)
-    structure.notes.push_back("contours of one slice lie up to " + text_of(stack.most_apart_mm) +
-                              " mm apart");
+    structure.notes.push_back(
+        fmt::format("contours of one slice lie up to {:.2f} mm apart", stack.most_apart_mm));
   if (stack.most_moved_mm > kNotedMm)
-    structure.notes.push_back("contours lie up to " + text_of(stack.most_moved_mm) +
-                              " mm beside evenly spaced slices, and are taken to be on these");
+    structure.notes.push_back(
+        fmt::format("contours lie up to {:.2f} mm beside evenly spaced slices, and are taken to be on these",
+                    stack.most_moved_mm));
   if (stack.crossing_planes > 0)
     structure.notes.push_back("contours cross in " + std::to_string(stack.crossing_planes) +
                               " planes: what lies in two of them is taken to be outside");
