@@ -398,7 +398,7 @@ TEST(PosePlausibility, RefusesNoJump) {
   PosePlausibility straight(kBall);
   EXPECT_FALSE(straight.judge({}).fault);
   const auto flipped =
-      straight.judge({Eigen::AngleAxisd(std::numbers::pi, Vec3::UnitZ()).toRotationMatrix(), {}});
+      straight.judge({Eigen::AngleAxisd(std::numbers::pi, Vec3::UnitZ()).toRotationMatrix(), Vec3::Zero()});
   EXPECT_FALSE(flipped.is_refused);
   EXPECT_EQ(flipped.fault, PoseFault::kQuaternionOrder);
 }
