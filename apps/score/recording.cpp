@@ -128,17 +128,13 @@ Recording load_recording(const std::filesystem::path& path) {
   return recording;
 }
 
-Recording load_seeds_recording(const std::filesystem::path& file, std::size_t planned) {
+Recording load_seeds_recording(const std::filesystem::path& file) {
   Recording recording;
   recording.name = file.stem().string();
   recording.is_of_seeds_alone = true;
   recording.seeds = load_seeds_in_place(file);
   recording.remarks = {
       "Of the implant only the seeds are known: neither needles nor forces, nor how they fell."};
-  if (planned == 0) {
-    recording.remarks.push_back("There is no plan: what was meant is not known.");
-    for (Seed& seed : *recording.seeds) seed.planned = Seed::kUnplanned;
-  }
   return recording;
 }
 

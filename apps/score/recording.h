@@ -48,9 +48,8 @@ struct Recording {
 /// directory, none of the files can be read, or one is no regular file (session_folder.h).
 Recording load_recording(const std::filesystem::path& folder);
 
-/// An implant of which only the seeds are known, as after an import (load_seeds_in_place); `planned`: seeds of the plan
-/// that it is scored against. Throws UserError, also where a seed is of another plan.
-Recording load_seeds_recording(const std::filesystem::path& file, std::size_t planned);
+/// An implant of which only the seeds are known, as after an import (load_seeds_in_place). Throws UserError.
+Recording load_seeds_recording(const std::filesystem::path& file);
 
 /// Without the probe, which is no needle: it is in the rectum all the time.
 void leave_out(Recording& recording, std::uint32_t probe);

@@ -47,7 +47,7 @@ Score score_recording(const std::filesystem::path& folder, const Plan& plan, con
     recording = load_recording(folder);
     note_plan_changes(recording, load_plan_changes(SessionFolder::open(folder)), plan.seed_count());
   } else {
-    recording = load_seeds_recording(folder, plan.seed_count());
+    recording = load_seeds_recording(folder);
   }
   if (scene.probe.on) leave_out(recording, static_cast<std::uint32_t>(scene.needle.count));
   return score_session(plan, scene.template_grid, structures, scene.dose, recording, progress,

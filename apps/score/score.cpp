@@ -23,7 +23,7 @@ SeedsByOrigin by_origin(const Recording& recording, const Plan& plan, const Temp
   if (!recording.seeds) return seeds;
   for (const Seed& seed : *recording.seeds)
     (seed.was_there() && !recording.is_of_seeds_alone ? seeds.at_start : seeds.fallen).push_back(seed);
-  if (recording.is_of_seeds_alone)
+  if (recording.is_of_seeds_alone && plan.seed_count() > 0)
     for (const SeedScore& at : score_seeds(plan, grid, seeds.fallen).by_position.placed)
       if (at.seed.was_there())
         seeds.fallen[at.seed.id - 1].planned = static_cast<std::int32_t>(at.planned_index);
@@ -48,6 +48,7 @@ Score score_session(const Plan& plan, const TemplateGrid& grid, const std::vecto
   score.planned_seeds = plan.seed_count();
   const SeedsByOrigin seeds = by_origin(recording, plan, grid);
   const bool has_plan = plan.seed_count() > 0 || !recording.is_of_seeds_alone;
+  if (!has_plan) score.remarks.push_back("There is no plan: what was meant is not known.");
   if (recording.seeds && has_plan) {
     score.seeds = score_seeds(plan, grid, seeds.fallen);
     score.trains = train_drops(*score.seeds, plan.needles.size());

@@ -39,7 +39,7 @@ SurfaceMesh load(const Scene& scene, const StructureSettings& settings) {
 std::vector<std::string> geometry_warnings(const Scene& scene, const std::vector<Structure>& structures) {
   std::vector<std::string> warnings;
   if (!scene.tissue.mesh.empty() || !scene.structures.empty()) warnings = anatomy_warnings(structures);
-  std::string of_seeds = implant_warning(structures, places_at_rest(load_seeds_at_start(scene)));
+  std::string of_seeds = implant_warning(structures, middles_of(at_rest(load_seeds_at_start(scene))));
   if (!of_seeds.empty()) warnings.push_back(std::move(of_seeds));
   return warnings;
 }

@@ -21,7 +21,7 @@ Refusal handle_arm(const IncomingRequest& request) {
                           kRefusedNotDevice);
   if (!request.pass({"ARM", 10, 10})) {
     // A hand that arms until its force comes back must not be drowned in answers, which would end its connection.
-    if (!request.pass({"refused ARM", 10, 10})) return std::nullopt;
+    if (!request.is_always_answered && !request.pass({"refused ARM", 10, 10})) return std::nullopt;
     return request.refuse(ErrorCode::kControlRefused, "more than 10 ARMs a second");
   }
   request.server.handlers.call(arm, request.sender);

@@ -109,6 +109,8 @@ struct IncomingRequest {
   const Sender& sender;
   RateLimits& rates;  ///< of the sender
   const RequestServer& server;
+  /// Each request is answered, also as done where there is no ERROR: then no refusal may be left out.
+  bool is_always_answered = false;
 
   /// Fatal where the body is not one of this message.
   template <WireMessage Message>

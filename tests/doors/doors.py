@@ -33,6 +33,15 @@ NO_MESH = SCHEMA.all["flags"]["Subscription"]["values"]["NO_MESH"]
 ANY_NEEDLE = 0xffff
 DEVICE_NAME = "a device"
 NAN = float("nan")
+# Of a scene that starts at once, and whose ticks leave the cores to the test.
+SMALL = """
+[tissue]
+points = 600
+phantom_surface_vertices = 150
+[rates]
+deformation_hz = 100
+snapshot_hz = 20
+"""
 
 
 class Daemon:

@@ -17,17 +17,11 @@ import sys
 import threading
 import time
 
-from doors import (DEADLINE_S, NAN, SCHEMA, Daemon, IgtlDoor, NativeDoor, PythonDoor, igtl_message, igtl_transform, np)
+from doors import DEADLINE_S, NAN, SCHEMA, SMALL, Daemon, IgtlDoor, NativeDoor, PythonDoor, np
 
-SCENE = """
+SCENE = SMALL + """
 [needle]
 count = 3
-[tissue]
-points = 600
-phantom_surface_vertices = 150
-[rates]
-deformation_hz = 100
-snapshot_hz = 20
 [device]
 stale_pose_ms = 600
 [ultrasound]

@@ -12,20 +12,13 @@ import re
 import sys
 import time
 
-from doors import (ANY_NEEDLE, ERRORS, NAN, ROOT, SCHEMA, Daemon, IgtlDoor, NativeDoor, PythonDoor, Refused,
+from doors import (ANY_NEEDLE, ERRORS, NAN, ROOT, SCHEMA, SMALL, Daemon, IgtlDoor, NativeDoor, PythonDoor, Refused,
                    WebSocketDoor, igtl_message)
 
 DOCUMENT = ROOT / "net/REFUSALS.md"
 CODES = {number: name for name, number in ERRORS.items()}
 NATIVE = (NativeDoor, WebSocketDoor, PythonDoor)
-SMALL = """
-[tissue]
-points = 600
-phantom_surface_vertices = 150
-[rates]
-deformation_hz = 100
-snapshot_hz = 20
-[server]
+WITH_COMMANDS = SMALL + """[server]
 igtl_commands = true
 """
 PUNCTURE = SCHEMA.all["enums"]["EventKind"]["values"]["PUNCTURE"]
@@ -158,7 +151,7 @@ class Cases:
 
     def plain(self):
         """Two needles, no script, plan, probe or ultrasound."""
-        scene = SMALL + "[needle]\ncount = 2\n[ultrasound]\non = false\n"
+        scene = WITH_COMMANDS + "[needle]\ncount = 2\n[ultrasound]\non = false\n"
         with self.daemon(scene) as daemon:
             self.of_access(daemon)
             self.of_poses(daemon)
@@ -366,7 +359,7 @@ class Cases:
 
     def planned(self):
         """A plan, a script, a probe and ultrasound."""
-        scene = SMALL + f"""
+        scene = WITH_COMMANDS + f"""
 [plan]
 file = "{ROOT}/config/plan.toml"
 [device]
@@ -458,13 +451,13 @@ on = true
     def others(self):
         reset = {"action": 3, "flags": 0, "support_radius_mm": "nan", "kernel": ""}
         model = reset | {"action": 4, "kernel": "psi31"}
-        with self.daemon(SMALL, "--session", "{folder}/session") as daemon:
+        with self.daemon(WITH_COMMANDS, "--session", "{folder}/session") as daemon:
             self.refused("a session is recorded", daemon, "OPERATOR", "CONTROL", reset, "reset")
             self.refused("a session is recorded", daemon, "OPERATOR", "CONTROL", model, "model psi31")
-        bending = SMALL + "[needle]\nflexible = true\n"
+        bending = WITH_COMMANDS + "[needle]\nflexible = true\n"
         with self.daemon(bending) as daemon:
             self.refused("a model that the scene cannot take", daemon, "OPERATOR", "CONTROL", model, "model psi31")
-        with self.daemon(SMALL.replace("igtl_commands = true", "")) as daemon:
+        with self.daemon(SMALL) as daemon:
             answers = {}
             for as_command in (False, True):
                 door = IgtlDoor(daemon, as_command)
@@ -472,7 +465,7 @@ on = true
                 answers[f"OpenIGTLink {'COMMAND' if as_command else 'STRING'} `reset`"] = door.refusal()
                 door.close()
             self.table.add("CONTROL", "the scene takes no commands", answers)
-        hdr = SMALL + f"""
+        hdr = WITH_COMMANDS + f"""
 [needle]
 count = 18
 [implant]
@@ -493,7 +486,7 @@ prescription_gy = 13.5
 
     def with_tokens(self):
         tokens = {name: os.urandom(32) for name in ("all", "viewer")}
-        scene = SMALL + 'token_file = "all.token"\nviewer_token_file = "viewer.token"\n'
+        scene = WITH_COMMANDS + 'token_file = "all.token"\nviewer_token_file = "viewer.token"\n'
         files = {f"{name}.token": token for name, token in tokens.items()}
         with self.daemon(scene, files=files, igtl=False) as daemon:
             def by_http(token):
@@ -507,7 +500,7 @@ prescription_gy = 13.5
             self.refused_hello("a token for another role", daemon, "OPERATOR", token=tokens["viewer"])
 
     def without_a_slot(self):
-        with self.daemon(SMALL + "max_clients = 1\n") as daemon:
+        with self.daemon(WITH_COMMANDS + "max_clients = 1\n") as daemon:
             door = NativeDoor(daemon, "VIEWER")
             igtl = IgtlDoor(daemon)
             status, text = http_answer(daemon.ports["http"], "GET", "/", {})

@@ -1,9 +1,10 @@
 #pragma once
 
-#include <algorithm>
-#include <deque>
+#include <cstdint>
 #include <functional>
+#include <set>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "core/realtime/deadline.h"
@@ -18,7 +19,8 @@ namespace brachy {
 class PoseNotices {
  public:
   static constexpr double kPerS = 10, kBurst = 40;
-  static constexpr std::size_t kMostNamed = 4096;  ///< devices and faults that are remembered, the newest
+  static constexpr std::size_t kMostNamed =
+      4096;  ///< devices and faults that are remembered; then all are forgotten
   using Out = std::function<void(const net::EventMessage&)>;
 
   /// `clock` outlives this.
@@ -31,10 +33,8 @@ class PoseNotices {
 
   /// `device`: its name and address, which no other connection has.
   void add(std::uint16_t needle, const std::string& device, PoseFault fault) {
-    std::string key = std::to_string(static_cast<int>(fault)) + " " + std::to_string(needle) + " " + device;
-    if (std::ranges::find(named_, key) != named_.end()) return;
-    if (named_.size() == kMostNamed) named_.pop_front();
-    named_.push_back(std::move(key));
+    if (named_.size() == kMostNamed) named_.clear();
+    if (!named_.emplace(device, needle, fault).second) return;
     queue_.add(std::to_string(static_cast<int>(fault)) + " " + std::to_string(needle),
                {net::EventKind::kWarning, needle, 0, device + ": " + std::string(to_string(fault))},
                clock_.now_ns());
@@ -46,7 +46,7 @@ class PoseNotices {
   }
   /// The device left: another that comes from there is named again.
   void forget(const std::string& device) {
-    std::erase_if(named_, [&](const std::string& key) { return key.ends_with(" " + device); });
+    std::erase_if(named_, [&](const auto& named) { return std::get<0>(named) == device; });
   }
   void update() { queue_.update(clock_.now_ns()); }
   void end() { queue_.end(); }  ///< passes on all that waits: the daemon ends
@@ -54,7 +54,8 @@ class PoseNotices {
  private:
   Clock& clock_;
   net::NoticeQueue queue_;
-  std::deque<std::string> named_;  // the oldest first
+  std::set<std::tuple<std::string, std::uint16_t, PoseFault>>
+      named_;  // searched with every pose that has a fault
 };
 
 }  // namespace brachy

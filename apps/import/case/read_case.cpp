@@ -390,9 +390,7 @@ ImportedCase CaseReader::read() {
     case_.warnings.insert(case_.warnings.end(), warnings.begin(), warnings.end());
   }
   read_plan();
-  if (std::string warning =
-          implant_warning(as_structures(case_), places_at_rest(seeds_at_start(case_.seeds)));
-      !warning.empty())
+  if (std::string warning = implant_warning(as_structures(case_), middles_of(case_.seeds)); !warning.empty())
     case_.warnings.push_back(std::move(warning));
   read_dose();
   for (std::string& line : case_.left) line = without_paths(std::move(line));

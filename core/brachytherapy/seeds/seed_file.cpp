@@ -153,9 +153,9 @@ std::vector<DoseSeed> at_rest(std::span<const Seed> seeds) {
   return all;
 }
 
-std::vector<Vec3> places_at_rest(std::span<const Seed> seeds) {
+std::vector<Vec3> middles_of(std::span<const DoseSeed> seeds) {
   std::vector<Vec3> all;
-  for (const Seed& seed : seeds) all.push_back(seed.rest);
+  for (const DoseSeed& seed : seeds) all.push_back(seed.position);
   return all;
 }
 

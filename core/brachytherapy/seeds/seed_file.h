@@ -38,7 +38,7 @@ std::vector<Seed> seeds_at_start(std::span<const DoseSeed> seeds);
 
 /// Where they are at rest.
 std::vector<DoseSeed> at_rest(std::span<const Seed> seeds);
-/// Their middles there, mm.
-std::vector<Vec3> places_at_rest(std::span<const Seed> seeds);
+/// Their middles, mm.
+std::vector<Vec3> middles_of(std::span<const DoseSeed> seeds);
 
 }  // namespace brachy

@@ -34,7 +34,7 @@ Refusal carry_out(const Message& message, const CommandSource& source, const Sen
   header.type = Message::kType;
   header.length = static_cast<std::uint32_t>(body->size());
   Request* const request = find_request(Message::kType);
-  return request({header, *body, source.received_ns, sender, source.rates, source.server});
+  return request({header, *body, source.received_ns, sender, source.rates, source.server, true});
 }
 
 Refusal press(std::uint16_t needle, const CommandSource& source, const Sender& sender) {

@@ -107,9 +107,8 @@ export class Debrief {
     this.isOpening = true;
     try {
       const {listed, file} = choice;
-      const path = `sessions/${listed.session.split('/').map(encodeURIComponent).join('/')}/`;
-      const report = listed.report ? await this.bytes(path + listed.report) : null;
-      const bytes = await this.bytes(path + file);
+      const report = listed.report ? await this.bytes(pageOf(listed, listed.report)) : null;
+      const bytes = await this.bytes(pageOf(listed, file));
       await this.playback.open(file, choice.name, bytes, report && JSON.parse(new TextDecoder().decode(report)));
       if (this.playback.state !== 'ready') return;
       this.opened = choice;
@@ -126,8 +125,7 @@ export class Debrief {
     const choice = this.choices[Number(index)];
     if (index === '' || !choice) return this.beside.close();
     try {
-      const path = choice.listed.session.split('/').map(encodeURIComponent).join('/');
-      await this.beside.open(choice.file, await this.bytes(`sessions/${path}/${choice.file}`), choice.name);
+      await this.beside.open(choice.file, await this.bytes(pageOf(choice.listed, choice.file)), choice.name);
     } catch (error) {
       byId<HTMLSelectElement>('debrief-beside').value = '';
       toast((error as Error).message, true);
@@ -201,6 +199,8 @@ export class Debrief {
     toast(`${copied ? 'The link is copied' : 'The page’s address is the link'}${this.opened ? '' : ': it needs the same file'}.`);
   }
 }
+
+const pageOf = ({session}: Listed, file: string): string => `sessions/${session.split('/').map(encodeURIComponent).join('/')}/${file}`;
 
 /** The newest first. */
 function choicesOf(sessions: readonly Listed[]): Choice[] {

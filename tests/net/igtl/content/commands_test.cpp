@@ -71,6 +71,15 @@ TEST_F(IgtlCommands, ArmAndDropNameANeedle) {
   EXPECT_EQ(arms.size(), 1u);
 }
 
+// However many come at once, none that is refused is called done.
+TEST_F(IgtlCommands, BeyondTheirRateEachIsRefused) {
+  for (int n = 0; n < 50; ++n) {
+    now_ns = 0;  // all in one moment
+    EXPECT_EQ(execute("arm 0"), n < 10 ? "" : "more than 10 ARMs a second") << n;
+  }
+  EXPECT_EQ(arms.size(), 10u);
+}
+
 // The native protocol refuses an operator the same: another's device holds the needle.
 TEST_F(IgtlCommands, DropNothingOfAnothersDevice) {
   EXPECT_NE(execute("drop 1").find("only the device of needle 1 drops its seeds"), std::string::npos);
