@@ -157,15 +157,17 @@ double slabs_mm3(const ContourPiece& piece, double spacing_mm) {
   return sum;
 }
 
-/// A fortieth of the piece across, and a tenth of what it is thick.
-double fitting_pitch(const ContourPiece& piece, const Vec2& extent) {
-  constexpr double kLeastMm = 0.25, kMostMm = 1, kOfRadius = 0.2;
+/// A fortieth of the piece across, and a tenth of what it is thick. A trunk has some 100,000 cells at its surface, which
+/// is simplified to some thousand vertices.
+double fitting_pitch(const ContourPiece& piece, double spacing_mm, const Vec2& extent) {
+  constexpr double kLeastMm = 0.25, kMostMm = 1, kOfRadius = 0.2, kMostCells = 4e4;
   double area = 0, perimeter = 0;
   for (const PiecePlane& plane : piece.planes) {
     area += plane.area_mm2;
     perimeter += plane.perimeter_mm;
   }
-  return std::clamp(std::min(extent.minCoeff() / 40, kOfRadius * 2 * area / perimeter), kLeastMm, kMostMm);
+  const double most = std::max(kMostMm, std::sqrt(perimeter * spacing_mm / kMostCells));
+  return std::clamp(std::min(extent.minCoeff() / 40, kOfRadius * 2 * area / perimeter), kLeastMm, most);
 }
 
 /// Appends the closed surface of a piece.
@@ -225,7 +227,7 @@ ContourSurface contour_surface(const ContourStack& stack, const std::string& nam
   double nodes = 0;
   for (const ContourPiece& piece : contour_pieces(stack, name)) {
     const Eigen::AlignedBox2d box = box_of(piece);
-    const double pitch = fitting_pitch(piece, box.sizes());
+    const double pitch = fitting_pitch(piece, spacing, box.sizes());
     const std::vector<GridLayer> layers = layers_of(piece, spacing, pitch);
     const Vec2 steps = box.sizes() / pitch + Vec2::Constant(3.74);
     nodes += steps.x() * steps.y() * static_cast<double>(layers.size());

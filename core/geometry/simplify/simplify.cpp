@@ -97,7 +97,7 @@ Target Simplifier::target_of(std::uint32_t a, std::uint32_t b) const {
   // A little pull towards the middle makes the point unique on planes and ridges.
   const double pull = 1e-3 * q.A.trace() + 1e-12;
   const Mat3 A = q.A + pull * Mat3::Identity();
-  Vec3 to = A.ldlt().solve(pull * middle - q.b);
+  Vec3 to = A.inverse() * (pull * middle - q.b);
   const double length = (mesh_.vertices[a] - mesh_.vertices[b]).norm();
   if (!to.allFinite() || (to - middle).norm() > 2 * length) to = middle;
   return {to, q.weight > 0 ? q.at(to) / q.weight : 0};

@@ -224,6 +224,22 @@ TEST(ContourStack, FindsTheSlicesOfContoursThatLieATenthOfTheSpacingApart) {
   }
 }
 
+// A patient's outline is in most structure sets: as fine as an organ it would take longer than all organs together.
+TEST(ContourSurface, OfATrunkHasNoFinerGridThanItNeeds) {
+  Contours trunk;
+  const auto radius = [](double z) { return 180 - z * z / 4000; };
+  for (int slice = -100; slice <= 100; ++slice)
+    trunk.push_back(circle(radius(2 * slice), 2 * slice, {30, -250}, 400));
+  const ContourSurface surface = surface_of(trunk);
+  EXPECT_TRUE(is_closed_manifold(surface.mesh));
+  EXPECT_LT(surface.mesh.vertices.size(), 150'000u);
+  EXPECT_NEAR(surface.surface_cc / surface.slabs_cc, 1, 0.001);
+  for (const Vec3& v : surface.mesh.vertices)
+    if (std::abs(v.z()) < 200) {
+      ASSERT_NEAR((v.head<2>() - Vec2(30, -250)).norm(), radius(v.z()), 0.1) << v.transpose();
+    }
+}
+
 TEST(ContourSurface, MakesASlabOfOnePlane) {
   const ContourSurface slab = surface_of({circle(10, 3)});
   EXPECT_TRUE(is_closed_manifold(slab.mesh));
