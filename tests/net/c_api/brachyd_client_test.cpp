@@ -6,6 +6,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/read.hpp>
+#include <boost/asio/ssl/stream.hpp>
 #include <boost/asio/write.hpp>
 #include <cmath>
 #include <limits>
@@ -15,7 +16,10 @@
 #include <utility>
 #include <vector>
 
+#include "net/transport/tls/tls_context.h"
 #include "net/wire/codec.h"
+#include "tests/net/http/http_testing.h"
+#include "tests/net/transport/tls/certificates.h"
 #include "tests/net/wire/sample_messages.h"
 
 namespace brachy::net::test {
@@ -31,16 +35,23 @@ std::string text_of(const Handle& client) {
   return brachyd_error_text(client.get());
 }
 
-/// Says what it is given to the first client, then ends its side and reads until the client leaves.
+/// Says what it is given to the first client, over TLS if it has that, then ends its side and reads until the client
+/// leaves.
 class SpokenServer {
  public:
-  explicit SpokenServer(Bytes words)
+  explicit SpokenServer(Bytes words, TlsContext tls = {})
       : acceptor_(io_, {boost::asio::ip::address_v4::loopback(), 0}),
-        thread_([this, words = std::move(words)] {
+        thread_([this, words = std::move(words), tls = std::move(tls)] {
           boost::asio::ip::tcp::socket socket(io_);
           acceptor_.accept(socket);
           boost::system::error_code error;
-          boost::asio::write(socket, boost::asio::buffer(words), error);
+          if (tls) {
+            boost::asio::ssl::stream<boost::asio::ip::tcp::socket&> stream(socket, *tls);
+            stream.handshake(boost::asio::ssl::stream_base::server, error);
+            if (!error) boost::asio::write(stream, boost::asio::buffer(words), error);
+          } else {
+            boost::asio::write(socket, boost::asio::buffer(words), error);
+          }
           socket.shutdown(boost::asio::ip::tcp::socket::shutdown_send, error);
           std::vector<std::byte> heard;
           boost::asio::read(socket, boost::asio::dynamic_buffer(heard), error);
@@ -254,6 +265,51 @@ TEST(CApi, TheSameHandleConnectsAgainAndForgetsWhatCameBefore) {
   BrachydEvent event;
   EXPECT_EQ(brachyd_next_event(client.get(), &event), kBrachydOk);
   EXPECT_EQ(brachyd_next_event(client.get(), &event), kBrachydNothing);
+}
+
+// A server's certificate and the option `tls_ca` of a client; empty: without TLS.
+struct TlsCase {
+  std::string certificate_holds;
+  std::string authority;
+  std::string says;  // empty: the client is welcomed
+};
+
+TEST(CApi, OverTlsTrustsItsAuthorityAloneAndSaysWhyNot) {
+  const TemporaryFolder folder;
+  const TestCa ca(folder.path()), other(folder.path(), "other");
+  const std::string known = ca.certificate(), foreign = other.certificate();
+  for (const auto& [holds, authority, says] :
+       std::initializer_list<TlsCase>{{"IP:127.0.0.1", known, ""},
+                                      {"IP:127.0.0.1", foreign, "certificate"},
+                                      {"DNS:elsewhere.example", known, "certificate"},
+                                      {"", known, "TLS"},
+                                      {"IP:127.0.0.1", "", "closed"},
+                                      {"IP:127.0.0.1", folder.path() / "nosuch.pem", "nosuch.pem"}}) {
+    TlsContext context;
+    if (!holds.empty()) {
+      const Identity identity = ca.issue("server", {.holds = holds});
+      context = make_server_context({identity.certificate, identity.key, {}}, [](const std::string&) {});
+    }
+    SpokenServer server(words(device_welcome(), EventMessage{EventKind::kNote, 0, 0, "hello"}), context);
+    BrachydOptions options;
+    brachyd_init_options(&options, sizeof options);
+    options.tls = authority.empty() ? 0 : 1;
+    authority.copy(options.tls_ca, sizeof options.tls_ca - 1);
+    Handle client = new_client();
+    const int status = brachyd_connect(client.get(), "127.0.0.1", server.port(), &options);
+    if (says.empty()) {
+      ASSERT_EQ(status, kBrachydOk) << text_of(client);
+      EXPECT_EQ(poll_to_the_end(client), kBrachydNewEvent);
+    } else {
+      EXPECT_LT(status, 0) << holds << " " << authority;
+      EXPECT_NE(text_of(client).find(says), std::string::npos) << text_of(client);
+      if (says == "nosuch.pem") {  // nobody has come yet, for whom the server waits
+        boost::asio::io_context io;
+        boost::asio::ip::tcp::socket socket(io);
+        socket.connect({boost::asio::ip::address_v4::loopback(), static_cast<unsigned short>(server.port())});
+      }
+    }
+  }
 }
 
 TEST(CApi, OfManyEventsTheNewestWait) {
