@@ -157,10 +157,10 @@ double slabs_mm3(const ContourPiece& piece, double spacing_mm) {
   return sum;
 }
 
-/// A fortieth of the piece across, and a tenth of what it is thick. A trunk has some 100,000 cells at its surface, which
+/// A fortieth of the piece across, and a tenth of what it is thick. A trunk has some 50,000 cells at its surface, which
 /// is simplified to some thousand vertices.
 double fitting_pitch(const ContourPiece& piece, double spacing_mm, const Vec2& extent) {
-  constexpr double kLeastMm = 0.25, kMostMm = 1, kOfRadius = 0.2, kMostCells = 4e4;
+  constexpr double kLeastMm = 0.25, kMostMm = 1, kOfRadius = 0.2, kMostCells = 2e4;
   double area = 0, perimeter = 0;
   for (const PiecePlane& plane : piece.planes) {
     area += plane.area_mm2;

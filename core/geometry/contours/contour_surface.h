@@ -26,7 +26,7 @@ struct ContourSurface {
 /// 1 mm where that is 0. Surfaces of pieces may lie within each other, and do not cross where contours do not. Each is
 /// moved along its normals, by at most 0.2 mm, to the volume of the contours' slabs.
 ///
-/// The grid fits each piece: 0.25 … 1 mm, and coarser only for a surface of over 400 cm², as of a trunk. Errors:
+/// The grid fits each piece: 0.25 … 1 mm, and coarser only for a surface of over 200 cm², as of a trunk. Errors:
 /// UserError "name: …" where it would have over 64 million nodes. Threads: any. Not real-time.
 ContourSurface contour_surface(const ContourStack& stack, const std::string& name);
 
