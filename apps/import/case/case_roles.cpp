@@ -93,6 +93,33 @@ void take_given(const ImportOptions& options, Structures& all, std::vector<bool>
   }
 }
 
+/// Words of TotalSegmentator's names and the like, which are no person's.
+bool is_body_word(const std::string& word) {
+  static constexpr std::array kWords = {
+      "left",       "right",   "hip",        "sacrum",     "femur",   "gluteus",  "maximus",
+      "medius",     "minimus", "iliac",      "artery",     "vena",    "vein",     "iliopsoas",
+      "autochthon", "small",   "bowel",      "colon",      "kidney",  "gland",    "vertebra",
+      "vertebrae",  "spinal",  "cord",       "skin",       "muscle",  "muscles",  "head",
+      "wall",       "spleen",  "liver",      "duodenum",   "aorta",   "inferior", "superior",
+      "cava",       "body",    "trunc",      "urinary",    "seminal", "vesicle",  "vesicles",
+      "penile",     "bulb",    "pubic",      "symphysis",  "anal",    "canal",    "sphincter",
+      "levator",    "ani",     "obturator",  "lymph",      "node",    "nodes",    "neurovascular",
+      "bundle",     "zone",    "peripheral", "transition", "central", "lesion",   "tumor",
+      "tumour"};
+  return std::ranges::any_of(kWords,
+                             [&](const char* known) { return word == joined_words(name_words(known)); });
+}
+
+/// Whether the name is of the body, and neither a prostate's nor a target's.
+bool is_another_organ(const std::string& name) {
+  const std::vector<std::string> words = name_words(name);
+  const StructureRole role = role_of_name(name).role;
+  if (role == Role::kGland || role == Role::kTarget || words.empty()) return false;
+  return role != Role::kOther || std::ranges::all_of(words, [](const std::string& word) {
+           return is_body_word(word) || (word[0] >= '0' && word[0] <= '9');
+         });
+}
+
 std::size_t find_gland(const ImportedCase& imported, const std::vector<bool>& is_given) {
   const Structures& all = imported.structures;
   for (std::size_t n = 0; n < all.size(); ++n)
@@ -102,7 +129,7 @@ std::size_t find_gland(const ImportedCase& imported, const std::vector<bool>& is
   if (best.size() > 1)
     throw UserError("which structure is the prostate? " + listed(all, best) + "; choose with " +
                     option_for(Role::kGland));
-  if (all.size() == 1) return 0;
+  if (all.size() == 1 && !is_another_organ(file_name(all.front()))) return 0;
   throw UserError("no structure is called as a prostate or a target is; the file has " +
                   listed(all, all_of(all)) + "; choose with " + option_for(Role::kGland));
 }
@@ -127,23 +154,6 @@ void find_organ(ImportedCase& imported, const std::vector<bool>& is_given, Struc
     organ.notes.push_back("may be a part of the " + std::string(role_word(role)) + ", and is taken for it");
 }
 
-/// Words of TotalSegmentator's names and the like, which are no person's.
-bool is_body_word(const std::string& word) {
-  static constexpr std::array kWords = {
-      "left",       "right",   "hip",        "sacrum",     "femur",   "gluteus",  "maximus",
-      "medius",     "minimus", "iliac",      "artery",     "vena",    "vein",     "iliopsoas",
-      "autochthon", "small",   "bowel",      "colon",      "kidney",  "gland",    "vertebra",
-      "vertebrae",  "spinal",  "cord",       "skin",       "muscle",  "muscles",  "head",
-      "wall",       "spleen",  "liver",      "duodenum",   "aorta",   "inferior", "superior",
-      "cava",       "body",    "trunc",      "urinary",    "seminal", "vesicle",  "vesicles",
-      "penile",     "bulb",    "pubic",      "symphysis",  "anal",    "canal",    "sphincter",
-      "levator",    "ani",     "obturator",  "lymph",      "node",    "nodes",    "neurovascular",
-      "bundle",     "zone",    "peripheral", "transition", "central", "lesion",   "tumor",
-      "tumour"};
-  return std::ranges::any_of(kWords,
-                             [&](const char* known) { return word == joined_words(name_words(known)); });
-}
-
 }  // namespace
 
 std::vector<Structure> as_structures(const ImportedCase& imported) {
@@ -158,12 +168,13 @@ void assign_roles(const ImportOptions& options, ImportedCase& imported) {
   std::vector<bool> is_given(all.size(), false);
   take_given(options, all, is_given);
   const std::size_t gland = find_gland(imported, is_given);
-  if (const NamedRole role = role_of_name(file_name(all[gland]));
-      !is_given[gland] && role.role == Role::kTarget)
+  const StructureRole called = role_of_name(file_name(all[gland])).role;
+  if (!is_given[gland] && called != Role::kGland && !all[gland].file_name.empty())
     imported.warnings.push_back(
-        "\"" + file_name(all[gland]) +
-        "\" is a target, not an organ, and is taken for the prostate as there is no other; " +
-        option_for(Role::kGland) + " chooses another");
+        "\"" + file_name(all[gland]) + "\" is " +
+        (called == Role::kTarget ? "a target, not an organ," : "not called as a prostate is,") +
+        " and is taken for the prostate as there is no other; " + option_for(Role::kGland) +
+        (all.size() > 1 ? " chooses another" : " says that it is"));
   all[gland].role = Role::kGland;
   is_given[gland] = true;
   for (const StructureRole role : {Role::kUrethra, Role::kRectum, Role::kBladder, Role::kPubicArch})

@@ -99,6 +99,15 @@ class Comparison {
     return d;
   }
 
+  /// Of some of the points, by exact sums: for one source of many.
+  double rms_percent_of_few(const std::vector<DoseSeed>& seeds, const Vec3& shift) const {
+    const std::vector<std::size_t> chosen = few();
+    double squares = 0;
+    for (const std::size_t n : chosen)
+      squares += std::pow(100 * (total_dose_gy(seeds, position(n) + shift) / file_gy(n) - 1), 2);
+    return std::sqrt(squares / static_cast<double>(chosen.size()));
+  }
+
   /// Leaves the frames whose doses are others than those of most. Returns them, and the median of file / recomputed in
   /// the worst.
   std::vector<std::size_t> leave_wrong_frames(const std::vector<float>& recomputed, double& worst_ratio) {
@@ -375,17 +384,17 @@ void take_fitting_source(ImportedCase& imported) {
   const Vec3 shift = comparison.fit_shift(seeds).mm;
   double ratio = 1;
   comparison.leave_wrong_frames(comparison.recomputed(seeds, shift), ratio);
-  std::vector<SourceFit> fits;
+  std::vector<std::pair<double, SourceModel>> fits;
   for (const SourceModel model : temporary_sources())
-    fits.push_back({model, comparison.difference(comparison.recomputed(of_source(seeds, model), shift))});
-  std::ranges::stable_sort(fits, {}, [](const SourceFit& f) { return f.difference.rms_percent; });
-  plan.source = fits.front().model;
+    fits.emplace_back(comparison.rms_percent_of_few(of_source(seeds, model), shift), model);
+  std::ranges::stable_sort(fits, {}, &std::pair<double, SourceModel>::first);
+  plan.source = fits.front().second;
   imported.plan->notes.front() = fmt::format(
       "the file does not name its Ir-192 source: taken to be {}, with which its dose agrees best ({:.2f} %, "
       "with {} "
       "{:.2f} %); --source takes another one of {}",
-      tg43_source(plan.source).description, fits.front().difference.rms_percent,
-      tg43_source(fits[1].model).description, fits[1].difference.rms_percent, source_names(false));
+      tg43_source(plan.source).description, fits[0].first, tg43_source(fits[1].second).description,
+      fits[1].first, source_names(false));
 }
 
 DoseCheck check_dose(const HdrPlan& plan, const TemplateGrid& grid, const std::vector<Structure>& structures,

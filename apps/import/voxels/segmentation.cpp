@@ -125,9 +125,9 @@ std::array<double, 3> rgb_of_lab(const std::vector<double>& stored) {
   return colour;
 }
 
-LabelMap::Segment segment_of(const DicomItem& item) {
+LabelMap::Segment segment_of(const DicomItem& item, std::size_t least_number) {
   LabelMap::Segment segment;
-  segment.value = static_cast<std::uint16_t>(item.count(tag::kSegmentNumber, 1, 65535));
+  segment.value = static_cast<std::uint16_t>(item.count(tag::kSegmentNumber, least_number, 65535));
   segment.name = item.text(tag::kSegmentLabel);
   if (const std::vector<double> lab = item.numbers(tag::kSegmentColour); lab.size() == 3)
     segment.colour = rgb_of_lab(lab);
@@ -186,7 +186,10 @@ LabelMap read_segmentation(const DicomFile& file) {
   LabelMap map;
   map.is_declared = true;
   map.grid = place_frames(data, frames, pixels.columns, pixels.rows);
-  for (const DicomItem& item : data.sequence(tag::kSegments)) map.segments.push_back(segment_of(item));
+  // 0 is the background, which a label map may list (PS3.3, C.8.20.4.4).
+  for (const DicomItem& item : data.sequence(tag::kSegments))
+    if (LabelMap::Segment segment = segment_of(item, has_numbers ? 0 : 1); segment.value != 0)
+      map.segments.push_back(std::move(segment));
   if (has_numbers) {
     std::vector<std::uint16_t>& values = map.layers.emplace_back(map.grid.count(), std::uint16_t{0});
     const std::size_t plane = pixels.rows * pixels.columns;

@@ -123,9 +123,20 @@ class Anatomy {
   void check_volume(std::size_t n) {
     const auto bounds = std::ranges::find(kBounds, places_[n].role, &VolumeBounds::role);
     const double cc = places_[n].volume_cc;
-    if (bounds == kBounds.end() || (cc >= bounds->least_cc && cc <= bounds->most_cc)) return;
+    if (bounds == kBounds.end()) return;
+    if (cc >= bounds->least_cc && cc <= bounds->most_cc) return check_extent(n);
     warn(n, "has " + cc_text(cc) + ", and a " + role_word(places_[n].role) + " has " +
                 cc_text(bounds->least_cc) + " to " + cc_text(bounds->most_cc) +
+                ": check its units, or that it is that organ");
+  }
+
+  /// Of a gland whose volume is one's: a liver's slice has it too.
+  void check_extent(std::size_t n) {
+    constexpr double kLeastMm = 10, kMostMm = 120;
+    const Vec3 extent = places_[n].max - places_[n].min;
+    if (n > 0 || (extent.minCoeff() >= kLeastMm && extent.maxCoeff() <= kMostMm)) return;
+    warn(n, "extends " + mm_text(extent.minCoeff()) + " to " + mm_text(extent.maxCoeff()) +
+                ", and a prostate " + mm_text(kLeastMm) + " to " + mm_text(kMostMm) +
                 ": check its units, or that it is that organ");
   }
 

@@ -253,13 +253,16 @@ def odd_turn(rng):
 
 def segmentation(path, grid, masks, names, kind="BINARY", oddity="plain"):
     """DICOM SEG: a frame for each slice of a segment that has voxels, or of LABELMAP for each slice; in any order of
-    slices. The grid must be at right angles."""
+    slices. A LABELMAP lists its background too where there is an odd number of segments. The grid must be at right
+    angles."""
     spacing = np.linalg.norm(grid.steps, axis=0)
     data = odd.new_set("SEG", path)
     data.SegmentationType, data.FrameOfReferenceUID, data.SpecificCharacterSet = kind, FRAME, "ISO_IR 192"
+    listed = list(enumerate(names, 1))
+    if kind == "LABELMAP" and len(names) % 2:
+        listed.insert(0, (0, "Background"))
     data.SegmentSequence = pydicom.Sequence(
-        [odd.item(SegmentNumber=n, SegmentLabel=name, SegmentAlgorithmType="AUTOMATIC")
-         for n, name in enumerate(names, 1)])
+        [odd.item(SegmentNumber=n, SegmentLabel=name, SegmentAlgorithmType="AUTOMATIC") for n, name in listed])
     frames, packed = [], []
     if kind == "LABELMAP":
         masks = [np.max([n * mask for n, mask in enumerate(masks, 1)], axis=0)]

@@ -106,6 +106,30 @@ TEST(ImportRoles, WhatNamesDoNotDecideIsAskedForByTheNamesOfTheFile) {
   }
 }
 
+TEST(ImportRoles, AnotherOrganIsNoGlandThoughItIsAlone) {
+  if (!has_pydicom()) GTEST_SKIP() << "python3-pydicom is not installed";
+  const TempFolder folder;
+  const std::string file =
+      renamed(folder, R"({"prostate": "Gewebe A"})", R"(["Liver", "Harnblase", "kidney_left"])");
+  const auto import_only = [&](const std::string& name, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> line = {"import", file, "--only", name, "--out", (folder / "s").string()};
+    line.insert(line.end(), more.begin(), more.end());
+    return run_brachy(line);
+  };
+  for (const std::string name : {"Liver", "Harnblase", "kidney_left", "urethra"})
+    EXPECT_TRUE(refused_in_last_line(
+        import_only(name), {"no structure is called as a prostate", "\"" + name + "\"", "--gland \"NAME\""}));
+  const Ended asked = import_only("Gewebe A", {"--gland", "Gewebe A"});
+  EXPECT_TRUE(exited(asked, 0)) << asked.err;
+  EXPECT_EQ(asked.err.find("WARNING: \"Gewebe A\" is not called"), std::string::npos) << asked.err;
+  std::filesystem::remove_all(folder / "s");
+  const Ended taken = import_only("Gewebe A");
+  EXPECT_TRUE(exited(taken, 0)) << taken.err;
+  EXPECT_NE((taken.out + taken.err).find("WARNING: \"Gewebe A\" is not called as a prostate is"),
+            std::string::npos)
+      << taken.out << taken.err;
+}
+
 TEST(SceneGeometry, FrameAndAnatomyReachTheCheckTheInspectionAndTheExport) {
   // A gland in LPS, and a rectum behind it: y is to the back.
   const TempFolder folder;

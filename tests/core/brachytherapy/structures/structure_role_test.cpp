@@ -233,6 +233,15 @@ TEST(Anatomy, AUrethraBesideTheGlandAndAStructureOutsideTheImageAreSaid) {
   EXPECT_EQ(anatomy_warnings(pelvis(), &image).size(), 9u);
 }
 
+TEST(Anatomy, AGlandThatIsFlatOrLongIsNoneThoughItsVolumeIsOnes) {
+  for (const Vec3& scale : {Vec3(4, 4, 1.0 / 16), Vec3(0.5, 0.5, 4)}) {
+    std::vector<Structure> all = pelvis();
+    all.resize(1);
+    transform(all, scale);
+    EXPECT_EQ(warned(all, ", and a prostate 10 mm to 120 mm"), "prostate") << scale.transpose();
+  }
+}
+
 TEST(Anatomy, PlacesAreThoseOfTheShapes) {
   const auto places = structure_places(pelvis());
   EXPECT_NEAR(places[3].volume_cc, 60 * 50 * 45 / 1000.0, 1e-9);
