@@ -8,6 +8,7 @@ import {join, resolve} from 'node:path';
 import {after, before, test} from 'node:test';
 import {comesTrue, launch, newPanelsPage, waitFor} from './browser.mjs';
 import {Daemon} from './daemon.mjs';
+import {SIZES, misplaced} from './misplaced.mjs';
 import {MISTAKES, playSession, writeExercise, xyOf} from './played_sessions.mjs';
 import './viewer_module.mjs';
 
@@ -24,7 +25,7 @@ const errors = [];
 before(async () => {
   rmSync(artefacts, {recursive: true, force: true});
   mkdirSync(artefacts, {recursive: true});
-  for (const name of ['as_planned', ...names]) planted[name] = await playSession(artefacts, sessions, name, `trainee ${name}`);
+  for (const name of ['as_planned', ...names]) planted[name] = await playSession(artefacts, sessions, name, `trainee ${name}${name === 'urethra' ? ', whose name is as long as some names are' : ''}`);
   daemon = await Daemon.start(writeExercise(artefacts).scene, join(artefacts, 'brachyd.log'), undefined, ['--sessions', sessions]);
   browser = await launch();
   const context = await browser.newContext({bypassCSP: true, acceptDownloads: true, viewport: {width: 1366, height: 768}});  // for axe
@@ -190,6 +191,29 @@ test('axe finds nothing in the debrief', async () => {
   await page.evaluate(axe);
   const {violations} = await page.evaluate('axe.run()');
   assert.deepEqual(violations.map(({id, nodes}) => `${id}: ${nodes.map(({target, any}) => `${target} ${any[0]?.message ?? ''}`).join('; ')}`), []);
+});
+
+test('the debrief of a session, and one beside it: nothing is cut off or covered at any size', async () => {
+  const found = [];
+  for (const [width, height] of SIZES) {
+    await page.setViewportSize({width, height});
+    await page.goto(`${daemon.url}?as=teacher&session=0003_urethra#t=3`);
+    await comesTrue(page, 'brachy.recording.state === "ready" && brachy.debrief.findings.length > 0');
+    const note = async (where) => found.push(...(await misplaced(page)).map((text) => `${width} × ${height}, ${where}: ${text}`));
+    const settled = () => page.locator('#right').evaluate((drawer) => Promise.all(drawer.getAnimations().map((each) => each.finished)));
+    await note('time line');
+    if (await page.locator('#toggle-right').isVisible()) await page.locator('#toggle-right').click();
+    await settled();
+    await page.locator('#debrief-beside').selectOption({index: 1});
+    await comesTrue(page, 'brachy.debrief.besideS >= 0');
+    await note('panel');
+    await page.screenshot({path: join(artefacts, `debrief-${width}-panel.png`)});
+    await page.locator('#debrief-findings button').first().click();  // closes a drawer
+    await settled();
+    await note('at a finding');
+    await page.screenshot({path: join(artefacts, `debrief-${width}.png`)});
+  }
+  assert.deepEqual(found, []);
 });
 
 test('nothing went wrong in the page', () => assert.deepEqual(errors, []));
