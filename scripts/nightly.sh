@@ -43,6 +43,8 @@ parts=(
   'teacher     scripts/campaigns/browser.sh teacher'
   'trainee     scripts/campaigns/browser.sh trainee'
   'whole       scripts/campaigns/browser.sh whole'
+  'package     scripts/package.sh'
+  'installed   scripts/package/package_check.sh --lintian'
   'robust      tests/apps/brachy/robust_draws.py build/release/bin/brachy 60'
 )
 name_of() { echo "${1%% *}"; }

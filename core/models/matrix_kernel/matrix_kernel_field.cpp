@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <Eigen/Eigenvalues>
 #include <numeric>
 #include <utility>
 
