@@ -287,9 +287,21 @@ def run_door(make, daemon, sequences, seed, outcomes):
         outcomes.append(outcome)
 
 
-def is_among(X, poses, tolerance):
-    """Whether one of `poses`, k×3×4, is X."""
-    return len(poses) > 0 and bool((np.abs(poses - X).max(axis=(1, 2)) <= tolerance).any())
+class Poses:
+    """Many poses, found by one number of each: a campaign compares some hundred thousand with as many."""
+    WEIGHTS = np.sqrt(np.arange(2.0, 14.0))
+
+    def __init__(self, poses):
+        rows = np.array(poses, dtype=float).reshape(-1, 12)
+        keys = rows @ self.WEIGHTS
+        order = np.argsort(keys)
+        self.rows, self.keys = rows[order], keys[order]
+
+    def has(self, X, tolerance):
+        row = np.ravel(X)
+        key, reach = row @ self.WEIGHTS, tolerance * self.WEIGHTS.sum() + 1e-9
+        first, last = np.searchsorted(self.keys, (key - reach, key + reach))
+        return bool((np.abs(self.rows[first:last] - row).max(axis=1, initial=0) <= tolerance).any())
 
 
 class Judge:
@@ -302,8 +314,8 @@ class Judge:
 
     def judge(self, outcome, observer):
         exact = {"native": 1e-9, "Python": 1e-9, "OpenIGTLink": 1e-4}[outcome.door]
-        used = np.array(observer.unique[outcome.needle])
-        moved = sum(is_among(X, used, exact) for X in outcome.wrong if np.isfinite(X).all())
+        used = observer.unique[outcome.needle]
+        moved = sum(used.has(X, exact) for X in outcome.wrong if np.isfinite(X).all())
         if moved:
             self.say(outcome, f"{moved} wrong poses moved the needle")
         texts = [text for kind, _, text in observer.events if kind == WARNING and outcome.device in text]
@@ -328,13 +340,14 @@ class Judge:
         """Every pose that the simulation used was sent as a good one."""
         for door in ("native", "Python", "OpenIGTLink"):
             own = [outcome for outcome in outcomes if outcome.door == door]
-            sent = np.array([X for outcome in own for X in outcome.good + outcome.either])
+            sent = Poses([X for outcome in own for X in outcome.good + outcome.either])
             exact = 1e-4 if door == "OpenIGTLink" else 1e-9
-            strange = [X for X in observer.unique[own[0].needle] if not is_among(np.array(X), sent, exact)]
+            used = observer.unique[own[0].needle].rows
+            strange = [X for X in used if not sent.has(X, exact)]
             if strange:
                 self.problems.append(f"{door}: the needle was at {len(strange)} poses that nobody sent as good ones: "
                                      f"{strange[0]}")
-            if not observer.unique[own[0].needle]:
+            if not len(used):
                 self.problems.append(f"{door}: the needle never moved")
         if not np.isfinite(observer.forces).all():
             self.problems.append("a force of the tissue is not finite")
@@ -376,10 +389,7 @@ def main():
             thread.join()
         time.sleep(1.5)  # notices that wait for their rate
         with observer.lock:
-            observer.unique = {needle: list({tuple(map(tuple, X)): X for X in used}.values())
-                               for needle, used in observer.used.items()}
-            for needle in range(3):
-                observer.unique.setdefault(needle, [])
+            observer.unique = {needle: Poses(observer.used[needle]) for needle in range(3)}
             judge = Judge()
             judge.problems += failed
             if observer.problem:
