@@ -143,12 +143,12 @@ class Igtl:
     def __init__(self, daemon, outcome):
         self.door = IgtlDoor(daemon)
         port = self.door.socket.getsockname()[1]
-        while port in self.ports:  # its events would be taken for an earlier device's
+        while port in self.ports:  # its events would be taken for those of an earlier device of this door
             self.door.close()
             self.door = IgtlDoor(daemon)
             port = self.door.socket.getsockname()[1]
         self.ports.add(port)
-        outcome.device, outcome.needle = f"127.0.0.1:{port})", self.needle
+        outcome.device, outcome.needle = f"(OpenIGTLink 127.0.0.1:{port})", self.needle
         self.started_ns = time.time_ns() - time.monotonic_ns()
 
     def send(self, X, stamp_ns):
