@@ -32,6 +32,9 @@ def daemon(given):
 
 
 def main():
+    if sys.argv[1:] in (["--help"], ["-h"]):
+        print(__doc__.strip())
+        return 0
     if "--" not in sys.argv:
         sys.stderr.write(__doc__)
         return 2
