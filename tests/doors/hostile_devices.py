@@ -314,7 +314,7 @@ class Judge:
 
     def judge(self, outcome, observer):
         exact = {"native": 1e-9, "Python": 1e-9, "OpenIGTLink": 1e-4}[outcome.door]
-        used = observer.unique[outcome.needle]
+        used = observer.poses[outcome.needle]
         moved = sum(used.has(X, exact) for X in outcome.wrong if np.isfinite(X).all())
         if moved:
             self.say(outcome, f"{moved} wrong poses moved the needle")
@@ -342,7 +342,7 @@ class Judge:
             own = [outcome for outcome in outcomes if outcome.door == door]
             sent = Poses([X for outcome in own for X in outcome.good + outcome.either])
             exact = 1e-4 if door == "OpenIGTLink" else 1e-9
-            used = observer.unique[own[0].needle].rows
+            used = observer.poses[own[0].needle].rows
             strange = [X for X in used if not sent.has(X, exact)]
             if strange:
                 self.problems.append(f"{door}: the needle was at {len(strange)} poses that nobody sent as good ones: "
@@ -389,7 +389,7 @@ def main():
             thread.join()
         time.sleep(1.5)  # notices that wait for their rate
         with observer.lock:
-            observer.unique = {needle: Poses(observer.used[needle]) for needle in range(3)}
+            observer.poses = {needle: Poses(observer.used[needle]) for needle in range(3)}
             judge = Judge()
             judge.problems += failed
             if observer.problem:

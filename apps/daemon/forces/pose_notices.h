@@ -19,8 +19,8 @@ namespace brachy {
 class PoseNotices {
  public:
   static constexpr double kPerS = 10, kBurst = 40;
-  static constexpr std::size_t kMostNamed =
-      4096;  ///< devices and faults that are remembered; then all are forgotten
+  /// Devices and faults that are remembered; then all are forgotten.
+  static constexpr std::size_t kMostNamed = 4096;
   using Out = std::function<void(const net::EventMessage&)>;
 
   /// `clock` outlives this.
@@ -54,8 +54,8 @@ class PoseNotices {
  private:
   Clock& clock_;
   net::NoticeQueue queue_;
-  std::set<std::tuple<std::string, std::uint16_t, PoseFault>>
-      named_;  // searched with every pose that has a fault
+  // Searched with every pose that has a fault.
+  std::set<std::tuple<std::string, std::uint16_t, PoseFault>> named_;
 };
 
 }  // namespace brachy

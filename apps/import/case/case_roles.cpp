@@ -93,7 +93,11 @@ void take_given(const ImportOptions& options, Structures& all, std::vector<bool>
   }
 }
 
-/// Words of TotalSegmentator's names and the like, which are no person's.
+bool is_number(const std::string& word) {
+  return word[0] >= '0' && word[0] <= '9';
+}
+
+/// Words of TotalSegmentator's names and the like, which are no person's; and numbers.
 bool is_body_word(const std::string& word) {
   static constexpr std::array kWords = {
       "left",       "right",   "hip",        "sacrum",     "femur",   "gluteus",  "maximus",
@@ -106,18 +110,18 @@ bool is_body_word(const std::string& word) {
       "levator",    "ani",     "obturator",  "lymph",      "node",    "nodes",    "neurovascular",
       "bundle",     "zone",    "peripheral", "transition", "central", "lesion",   "tumor",
       "tumour"};
-  return std::ranges::any_of(kWords,
-                             [&](const char* known) { return word == joined_words(name_words(known)); });
+  return is_number(word) || std::ranges::any_of(kWords, [&](const char* known) {
+           return word == joined_words(name_words(known));
+         });
 }
 
 /// Whether the name is of the body, and neither a prostate's nor a target's.
 bool is_another_organ(const std::string& name) {
   const std::vector<std::string> words = name_words(name);
   const StructureRole role = role_of_name(name).role;
-  if (role == Role::kGland || role == Role::kTarget || words.empty()) return false;
-  return role != Role::kOther || std::ranges::all_of(words, [](const std::string& word) {
-           return is_body_word(word) || (word[0] >= '0' && word[0] <= '9');
-         });
+  if (role == Role::kGland || role == Role::kTarget) return false;
+  return role != Role::kOther ||
+         (std::ranges::all_of(words, is_body_word) && !std::ranges::all_of(words, is_number));
 }
 
 std::size_t find_gland(const ImportedCase& imported, const std::vector<bool>& is_given) {
@@ -206,8 +210,7 @@ std::string organ_in_file_name(const std::string& file) {
   const NamedRole role = role_of_name(stem);
   std::vector<std::string> words = name_words(stem);
   const bool is_of_body = std::ranges::all_of(words, [](const std::string& word) {
-    return is_body_word(word) || (word[0] >= '0' && word[0] <= '9') ||
-           role_of_name(word).role != Role::kOther;
+    return is_body_word(word) || role_of_name(word).role != Role::kOther;
   });
   if (is_of_body && !words.empty()) return stem;
   if (role.role == Role::kOther || role.role == Role::kTarget || role.fit == NamedRole::kPart) return {};
