@@ -11,10 +11,13 @@ namespace brachy {
 namespace {
 
 constexpr std::int64_t kDriftDivisor = 5000;  // 200 ppm: twice what a bad quartz does
-constexpr int kMostDoubts = 8;  // in a row: then no clock that was set is to be expected any more
 // Of stamps, in which a delay that many others share comes again also where a network hands poses on in bundles, as
 // Nagle's algorithm does with those of 40 ms.
 constexpr std::int64_t kBundlesNs = 100'000'000;
+// After so many poses refused in a row, and so long, no clock that was set is to be expected any more: three delays
+// may each have been compared in vain for kBundlesNs.
+constexpr int kMostDoubts = 8;
+constexpr std::int64_t kLongestDoubtNs = 4 * kBundlesNs;
 
 }  // namespace
 
@@ -139,7 +142,8 @@ void PoseGuard::doubt_time(const NeedlePose& pose, PoseStatus refused) {
   if (refused == PoseStatus::kOutOfOrder)
     fault = pose.stamp_ns == last_stamp_ns_ ? PoseFault::kDoubled : PoseFault::kReordered;
   faults_in_doubt_ |= fault_bit(fault);
-  if (++doubts_in_a_row_ < kMostDoubts) return;
+  if (doubts_in_a_row_++ == 0) first_doubt_ns_ = pose.received_ns;
+  if (doubts_in_a_row_ < kMostDoubts || pose.received_ns - first_doubt_ns_ < kLongestDoubtNs) return;
   faults_ |= faults_in_doubt_;
   faults_in_doubt_ = 0;
 }
@@ -150,15 +154,16 @@ PoseStatus PoseGuard::judge_time(const NeedlePose& pose) {
   return is_stale(pose) ? PoseStatus::kStale : PoseStatus::kAccepted;
 }
 
-/// Counts a pose refused for its time, if its delay agrees with the first one's. Of a backlog that arrives at once the
-/// delays fall with each pose: they do not agree.
+/// Counts a pose refused for its time, if its delay agrees with the first one's; one that was held up less becomes the
+/// first. Of a backlog that arrives at once the delays fall with each pose: they do not agree.
 bool PoseGuard::replaces_last(const NeedlePose& pose) {
   const std::int64_t offset_ns = pose.received_ns - pose.stamp_ns;
   const std::int64_t off_ns =
       elapsed_ns(refused_offset_ns_, offset_ns) + elapsed_ns(offset_ns, refused_offset_ns_);
   const std::int64_t since_first_ns = elapsed_ns(first_refused_stamp_ns_, pose.stamp_ns);
   const bool agrees = off_ns <= settings_.agreement_ns && off_ns <= since_first_ns / 2;
-  if (refused_that_agree_ == 0 || pose.stamp_ns <= refused_stamp_ns_ ||
+  const bool is_less_late = elapsed_ns(offset_ns, refused_offset_ns_) > settings_.agreement_ns;
+  if (refused_that_agree_ == 0 || pose.stamp_ns <= refused_stamp_ns_ || is_less_late ||
       (!agrees && since_first_ns > kBundlesNs)) {
     refused_that_agree_ = 1;
     refused_offset_ns_ = offset_ns;

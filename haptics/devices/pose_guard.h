@@ -119,6 +119,7 @@ class PoseGuard {
   PosePlausibility plausibility_;
   std::uint32_t faults_ = 0, faults_in_doubt_ = 0;
   int doubts_in_a_row_ = 0;
+  std::int64_t first_doubt_ns_ = 0;  // arrival of the first of them
   std::array<std::uint64_t, kPoseStatuses> counts_{};
 };
 

@@ -2,12 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <random>
 #include <set>
 #include <utility>
 #include <vector>
@@ -313,6 +315,44 @@ TEST(PoseGuard, TellsAClockThatIsSetFromLateAndReorderedPoses) {
       faults |= guard.faults();
     }
     EXPECT_EQ(faults | guard.faults_in_doubt(), fault_bit(PoseFault::kClockSet)) << step_ns;
+  }
+}
+
+// Other work and a network hold single poses up, by less than the age at which they are refused, and those behind them.
+TEST(PoseGuard, TellsAClockThatIsSetAlsoWhereDelaysDiffer) {
+  std::mt19937 random(1);
+  const auto uniform = [&](double least, double most) {
+    return std::uniform_real_distribution(least, most)(random);
+  };
+  for (int device = 0; device < 3000; ++device) {
+    const auto period_ns = static_cast<std::int64_t>(uniform(2e6, 20e6));
+    const std::int64_t step_ns = device % 2 ? 1000 * kMs : -1000 * kMs;
+    PoseGuard guard;
+    std::vector<NeedlePose> poses;
+    std::int64_t arrived_ns = 0;
+    const auto poses_a_second = static_cast<std::uint64_t>(1000 * kMs / period_ns);
+    for (std::uint64_t n = 1; n < 2 * poses_a_second; ++n) {
+      NeedlePose pose = set_back(n, period_ns, n < poses_a_second ? 0 : step_ns);
+      const double delay_ns = uniform(0, 1) < 0.1 ? uniform(20e6, 90e6) : uniform(0, 3e6);
+      arrived_ns = std::max(arrived_ns, pose.received_ns + static_cast<std::int64_t>(delay_ns));
+      pose.received_ns = arrived_ns;
+      poses.push_back(pose);
+    }
+    EXPECT_EQ(faults_of(guard, poses), fault_bit(PoseFault::kClockSet)) << device << " " << period_ns;
+  }
+}
+
+TEST(PoseGuard, NamesPosesThatGoOnBeingLateOrDoubled) {
+  for (const std::int64_t late_ns : {0 * kMs, 500 * kMs}) {
+    PoseGuard guard;
+    std::uint32_t faults = 0;
+    for (std::uint64_t n = 1; n < 200; ++n) {
+      NeedlePose pose = pose_number(n < 100 || late_ns ? n : 99, n < 100 ? 0 : late_ns);
+      pose.received_ns = pose_number(n, n < 100 ? 0 : late_ns).received_ns;
+      check(guard, pose);
+      faults |= guard.faults();
+    }
+    EXPECT_EQ(faults, fault_bit(late_ns ? PoseFault::kLate : PoseFault::kDoubled));
   }
 }
 
