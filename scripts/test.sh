@@ -36,8 +36,23 @@ stage() {  # NAME COMMAND…
 run_tests() {  # PRESET [ctest options]
   local preset=$1; shift
   rm -rf "build/$preset/test-results"
-  ctest --test-dir "build/$preset" --output-on-failure --no-tests=error --output-junit tests.xml "$@"
+  BRACHY_TEST_RUN=$$ ctest --test-dir "build/$preset" --output-on-failure --no-tests=error --output-junit tests.xml "$@"
   scripts/ci/list_skipped.py "build/$preset/tests.xml" "build/$preset/test-results"
+  end_left_behind
+}
+# What a test leaves running takes the time of all that follows: it is ended, and the run fails.
+end_left_behind() {
+  local left='' try pid
+  for try in {1..20}; do  # some end a moment after the test that they served
+    left=$(grep -lsz "^BRACHY_TEST_RUN=$$\$" /proc/[0-9]*/environ | cut -d / -f 3 || true)
+    if [[ ! $left ]]; then return; fi
+    sleep 0.5
+  done
+  for pid in $left; do
+    echo "test: left running by a test: $pid, $(tr '\0' ' ' <"/proc/$pid/cmdline" | cut -c 1-200)" >&2
+    kill -KILL "$pid" || true
+  done
+  exit 1
 }
 check_format() { git ls-files '*.h' '*.cpp' | xargs clang-format-14 --dry-run --Werror; }
 # NAME COMMAND… on the time that other stages leave, after what began so before it; finish NAME waits for it. Where
@@ -53,7 +68,9 @@ begin_beside() {
   beside[$name]=$!
   last_beside=$!
 }
+# With nothing left to run beside, it has the same right to the cores as any other program of the machine.
 finish() {
+  { echo 0 >"/proc/${beside[$1]}/autogroup" && renice -n 0 -g "${beside[$1]}"; } >/dev/null 2>&1 || true
   wait "${beside[$1]}" || { cat "out/$1.log" >&2; exit 1; }
   tail -n 1 "out/$1.log"
   unset "beside[$1]"
