@@ -15,7 +15,7 @@ constexpr std::uint64_t kLeastPoses = 20;
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kLeastTurn = 60 * kDegree, kMostOffTurn = 15 * kDegree, kMostTilt = 30 * kDegree;
 constexpr double kMostStepMm = 20;           // of the tip, while its orientation is in doubt
-constexpr double kJumpMm = 10, kWayMm = 20;  // of the way to the tissue
+constexpr double kJumpMm = 10, kWayMm = 20;  // of the way to the tissue, the least
 constexpr double kHubFirst = -0.5;           // cos 120°
 
 /// Of two unit vectors.
@@ -39,7 +39,7 @@ PosePlausibility::Verdict PosePlausibility::judge(const RigidTransform& X_WN) {
   if (!believed_) {
     believed_ = X_WN;
     way_from_ = least_ = most_ = X_WN.p;
-    was_inside_ = true;  // a device that begins there has come no way
+    has_been_inside_ = is_inside(X_WN.p);
     return {doubt_since_start(X_WN), false};
   }
   const double from_origin_mm = believed_->p.norm();
@@ -76,20 +76,21 @@ std::optional<PoseFault> PosePlausibility::doubt_since_start(const RigidTransfor
   return is_in_metres ? std::optional(PoseFault::kMetres) : std::nullopt;
 }
 
+bool PosePlausibility::is_inside(const Vec3& p) const {
+  return (p - tissue_.middle).norm() <= tissue_.radius_mm;
+}
+
 bool PosePlausibility::is_hub_first(const RigidTransform& X_WN, double moved_mm) {
-  if (tissue_.radius_mm <= 0) return false;
-  const Vec3 way = X_WN.p - way_from_;
-  if (moved_mm > kJumpMm) {
-    direction_.reset();
-    way_from_ = X_WN.p;
-  } else if (way.norm() >= kWayMm) {
-    direction_ = way.normalized();
-    way_from_ = X_WN.p;
+  if (has_been_inside_ || tissue_.radius_mm <= 0) return false;
+  const bool has_jumped = moved_mm > kJumpMm;
+  has_been_inside_ = is_inside(X_WN.p);
+  if (!has_been_inside_) {
+    if (has_jumped || (X_WN.p - tissue_.middle).norm() >= (way_from_ - tissue_.middle).norm())
+      way_from_ = X_WN.p;
+    return false;
   }
-  const bool is_inside = (X_WN.p - tissue_.middle).norm() <= tissue_.radius_mm;
-  const bool comes_in = is_inside && !was_inside_;
-  was_inside_ = is_inside;
-  return comes_in && direction_ && direction_->dot(X_WN.R.col(2)) < kHubFirst;
+  const Vec3 way = X_WN.p - way_from_;
+  return !has_jumped && way.norm() >= kWayMm && way.normalized().dot(X_WN.R.col(2)) < kHubFirst;
 }
 
 }  // namespace brachy

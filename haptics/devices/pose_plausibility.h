@@ -26,8 +26,9 @@ struct TissueBall {
 /// In another order is an orientation that is turned by 60° or more from the one before, with the tip within 20 mm of
 /// where it was, and that with its quaternion cycled by one is within 15° of it. Where the shaft is not tilted by more
 /// than 30°, so that the needle is but turned about it by half a turn, it is named and accepted: a bevel may be
-/// flipped. From the first pose on: the needle comes to the tissue with its hub first, more than 120° off its way
-/// over the 20 mm before, without a jump of 10 mm.
+/// flipped. From the first pose on: the needle comes to the tissue for the first time with its hub first, more than 120°
+/// off its way from where it was farthest from it, 20 mm or more, without a jump of 10 mm. One that has been in the
+/// tissue may come back from anywhere: also from behind, through which it was pushed.
 ///
 /// Threads: one. Real-time: O(1), no allocation.
 class PosePlausibility {
@@ -45,6 +46,7 @@ class PosePlausibility {
 
  private:
   std::optional<PoseFault> doubt_since_start(const RigidTransform& X_WN);
+  bool is_inside(const Vec3& p) const;
   bool is_hub_first(const RigidTransform& X_WN, double moved_mm);
 
   TissueBall tissue_;
@@ -53,10 +55,9 @@ class PosePlausibility {
   std::uint64_t poses_ = 0;
   Vec3 least_ = Vec3::Zero(), most_ = Vec3::Zero();  ///< of the tip, by coordinate
   double farthest_mm_ = 0;                           ///< of the tip from the origin
-  // Of the way without a jump:
-  Vec3 way_from_ = Vec3::Zero();
-  std::optional<Vec3> direction_;  ///< of the last 20 mm, unit
-  bool was_inside_ = false;
+  // Of the way to the tissue:
+  Vec3 way_from_ = Vec3::Zero();  ///< where the tip was farthest from it since the start or a jump
+  bool has_been_inside_ = false;
 };
 
 }  // namespace brachy

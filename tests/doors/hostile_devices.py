@@ -249,6 +249,7 @@ class Observer(threading.Thread):
             for name, body in self.door.messages():
                 with self.lock:
                     self.read(name, body, self.door.sections)
+            self.problem = "the daemon ended its connection"
         except Exception as problem:  # pylint: disable=broad-except
             self.problem = problem
 

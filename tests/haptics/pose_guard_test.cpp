@@ -443,6 +443,30 @@ TEST(PosePlausibility, RefusesNoJump) {
   EXPECT_EQ(flipped.fault, PoseFault::kQuaternionOrder);
 }
 
+// A trainee's hand: into the tissue and out of it, also behind, a little or far, and across to other holes.
+TEST(PosePlausibility, NamesNoHandThatGoesInAndOutOfTheTissue) {
+  std::mt19937 random(1);
+  const auto uniform = [&](double least, double most) {
+    return std::uniform_real_distribution(least, most)(random);
+  };
+  for (int hand = 0; hand < 300; ++hand) {
+    PosePlausibility plausibility(kBall);
+    RigidTransform X;
+    X.R = Eigen::AngleAxisd(uniform(0, 0.3), Vec3(1, uniform(-1, 1), 0).normalized()).toRotationMatrix();
+    X.p = Vec3(uniform(-15, 15), uniform(-15, 15), uniform(-100, -26));
+    for (int motion = 0; motion < 20; ++motion) {
+      const bool is_in_front = X.p.z() < -kBall.radius_mm;
+      const Vec3 to = is_in_front && motion % 2 ? Vec3(uniform(-15, 15), uniform(-15, 15), X.p.z())
+                                                : Vec3(X.p.x(), X.p.y(), uniform(-100, 60));
+      const double step_mm = uniform(0.1, 4);
+      for (double left_mm = (to - X.p).norm(); left_mm > step_mm; left_mm = (to - X.p).norm()) {
+        X.p += step_mm / left_mm * (to - X.p);
+        ASSERT_FALSE(plausibility.judge(X).fault) << hand << ": " << X.p.transpose();
+      }
+    }
+  }
+}
+
 TEST(PosePlausibility, AnotherDeviceIsJudgedByItsOwnPoses) {
   PosePlausibility plausibility(kBall);
   plausibility.judge(on_the_way(0));

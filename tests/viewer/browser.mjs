@@ -28,7 +28,7 @@ export async function newQuickPage(browser, options = {}) {
 }
 
 const PATIENCE_MS = Number(process.env.BRACHY_PATIENCE_MS ?? 180000);  // only ends a test that would hang
-const WHERE = 'JSON.stringify([brachy.connection, brachy.frames, brachy.tick, brachy.needle, brachy.recording])';
+const WHERE = 'JSON.stringify([brachy.connection, brachy.frames, brachy.tick, brachy.needle, brachy.recording, document.getElementById("hand-note")?.textContent])';
 
 /** Asks again and again until `condition()` holds; `what` describes it where it never does. */
 export async function waitFor(condition, what) {

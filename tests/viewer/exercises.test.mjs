@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import {mkdirSync, readdirSync, rmSync} from 'node:fs';
 import {join, resolve} from 'node:path';
-import {after, before, test} from 'node:test';
+import {after, afterEach, before, test} from 'node:test';
 import {fileURLToPath} from 'node:url';
 import {comesTrue, launch, newPanelsPage, waitFor} from './browser.mjs';
 import {Daemon} from './daemon.mjs';
@@ -23,7 +23,7 @@ const SHALLOW_MM = 9;
 const KEYS_MM = 3;
 const WHEEL_MM = 0.5;
 
-let browser;
+let browser, page;
 const errors = [];
 
 before(async () => {
@@ -31,9 +31,13 @@ before(async () => {
   mkdirSync(artefacts, {recursive: true});
   browser = await launch();
 });
+afterEach(async () => {  // also of a test that failed, so that it takes no time from the next one
+  await page?.close();
+  page = undefined;
+  await Daemon.stopAll();
+});
 after(async () => {
   await browser?.close();
-  await Daemon.stopAll();
 });
 
 /** The page as each way of working uses it. All input is the browser's: keys, wheel, clicks and touches. */
@@ -187,7 +191,7 @@ for (const [number, scene] of exercises.entries()) {
   const way = ways[number % ways.length];
   test(`${scene.replace('.toml', '')} by ${way}: passed, and begun again failed by a planted mistake`, async () => {
     const daemon = await Daemon.start(join(scenes, scene), join(artefacts, `${scene}.log`), undefined, ['--sessions', join(sessions, scene)]);
-    const page = await newPanelsPage(browser, {viewport: {width: 1366, height: 768}, hasTouch: way === 'touch'});
+    page = await newPanelsPage(browser, {viewport: {width: 1366, height: 768}, hasTouch: way === 'touch'});
     page.on('pageerror', (error) => errors.push(error.message));
     await page.goto(`${daemon.url}?as=trainee`);
     await comesTrue(page, 'brachy.frames > 3 && brachy.plannedNeedles.length > 0 && brachy.exercise.offered.length > 0');
@@ -210,8 +214,6 @@ for (const [number, scene] of exercises.entries()) {
     assert.equal(failed.passed, false, JSON.stringify(failed));
     assert.equal(failed.said, 'Not passed so far');
     assert.ok((failed.findings ?? []).some((text) => (isHdr ? /missing/ : needles > 4 ? /left no seed in place/ : /too shallow/).test(text)), JSON.stringify(failed.findings));
-    await page.close();
-    await daemon.stop();
   });
 }
 

@@ -8,8 +8,10 @@
 #include "apps/session/session_manifest.h"
 #include "core/base/error.h"
 #include "net/access/token_file.h"
+#include "tests/apps/http_get.h"
 #include "tests/apps/peer.h"
 #include "tests/apps/running_brachyd.h"
+#include "tests/wait.h"
 
 namespace brachy {
 namespace {
@@ -91,6 +93,46 @@ TEST_F(BrachydExercise, WhatCannotBeginIsRefusedAndNothingEnds) {
   RunningBrachyd without(kOneNeedle);
   EXPECT_EQ(refusal(without, "01_one_needle.toml", ""),
             "no attempt can be recorded: start brachyd with --sessions DIR");
+}
+
+// They show trainees and what they did.
+TEST_F(BrachydExercise, TheTeachersPagesAreServedToAnOperatorsTokenOnly) {
+  {
+    RunningBrachyd first(kOneNeedle, {"--sessions", sessions, "--trainee", "Anna"});
+    begin(first, "01_one_needle.toml", "Anna");
+    ASSERT_TRUE(comes_back(first));
+    first.process.send_signal(SIGTERM);
+    EXPECT_TRUE(exited(first.process.wait(), 0));
+  }
+  const auto token = [&](const std::string& name) {
+    EXPECT_TRUE(exited(run_brachy({"token", (folder / name).string()}), 0));
+    return (folder / name).string();
+  };
+  const std::string any = token("any.token"), viewer = token("viewer.token"), other = token("other.token");
+  RunningBrachyd brachyd(folder.write("scene.toml", small_scene("http_port = 0\ntoken_file = \"any.token\"\n"
+                                                                "viewer_token_file = \"viewer.token\"\n")),
+                         {"--sessions", sessions});
+  const std::uint16_t port = http_port(brachyd);
+  ASSERT_NE(port, 0);
+  const auto with_token = [](const std::string& file) {
+    return "Authorization: Bearer " + net::to_hex(net::load_token(file)) + "\r\n";
+  };
+  for (const std::string page :
+       {"/class.html", "/class.csv", "/sessions", "/sessions/0001_01_one_needle/report.json"}) {
+    for (const std::string& more : {std::string(), with_token(other), with_token(viewer)}) {
+      const std::string refused = http_get(port, page, more);
+      EXPECT_TRUE(refused.starts_with("HTTP/1.1 401 ")) << page << ": " << refused.substr(0, 200);
+      EXPECT_EQ(refused.find("Anna"), std::string::npos) << page;
+    }
+    std::string served;
+    const auto is_read = [&] {  // 202: not yet
+      served = http_get(port, page, with_token(any));
+      return !served.starts_with("HTTP/1.1 202 ");
+    };
+    EXPECT_TRUE(wait_until(is_read, [] { std::this_thread::sleep_for(kTurn); })) << page;
+    EXPECT_TRUE(served.starts_with("HTTP/1.1 200 ")) << page << ": " << served.substr(0, 200);
+    EXPECT_NE(served.find("Anna"), std::string::npos) << page;
+  }
 }
 
 // A signal between one attempt and the next is not lost.

@@ -158,7 +158,7 @@ export class HandPanel {
   private pose(elapsedS: number): Float64Array {
     const s = Math.min(elapsedS, 0.05);  // a page that slept goes on at the pace of a hand
     this.drop.update();
-    const back = this.drop.draw(s);
+    const back = this.drop.draw(s, this.course.target);
     if (back > 0) this.course.move(0, 0, -back);
     if (this.pushing) this.move(0, 0, this.pushing * BUTTON_MM_S * s);
     return this.course.next(s);

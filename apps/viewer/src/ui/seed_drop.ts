@@ -5,6 +5,9 @@ import type {Session} from '../model/session.js';
 import {EventKind} from '../protocol/server_messages.js';
 
 const DRAW_MM_S = 10;   // back, while a seed is awaited
+// The needle is drawn so far at most beyond what the last frame shows: where frames come late, the next seed of a train, whose
+// length is 4.5 mm, must not fall before the page has seen this one.
+const MOST_AHEAD_MM = 1.5;
 const LATER_FRAMES = 2;  // after the first that knows of the press: a seed of a magazine is in one of them
 
 /** The needle whose button is pressed. */
@@ -80,9 +83,12 @@ export class SeedDrop {
     this.isPressed = false;
   }
 
-  /** How far the needle is to be drawn back now, mm. */
-  draw(elapsedS: number): number {
-    return this.phase === 'drawing' && this.stylet?.canDraw ? DRAW_MM_S * elapsedS : 0;
+  /** How far the needle is to be drawn back now, mm. `tip`: to where it has been drawn. */
+  draw(elapsedS: number, tip: readonly number[]): number {
+    if (this.phase !== 'drawing' || !this.stylet?.canDraw) return 0;
+    const shown = this.session.frame?.needles.find(({id}) => id === this.needle)?.pose;
+    const aheadMm = shown ? Math.hypot(...[3, 7, 11].map((at, axis) => shown[at]! - tip[axis]!)) : 0;
+    return Math.max(0, Math.min(DRAW_MM_S * elapsedS, MOST_AHEAD_MM - aheadMm));
   }
 
   update(): void {
