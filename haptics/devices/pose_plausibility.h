@@ -26,9 +26,9 @@ struct TissueBall {
 /// In another order is an orientation that is turned by 60° or more from the one before, with the tip within 20 mm of
 /// where it was, and that with its quaternion cycled by one is within 15° of it. Where the shaft is not tilted by more
 /// than 30°, so that the needle is but turned about it by half a turn, it is named and accepted: a bevel may be
-/// flipped. From the first pose on: the needle comes to the tissue for the first time with its hub first, more than 120°
-/// off its way from where it was farthest from it, 20 mm or more, without a jump of 10 mm. One that has been in the
-/// tissue may come back from anywhere: also from behind, through which it was pushed.
+/// flipped. From the first pose on: the needle comes to the tissue for the first time with its hub first, more than
+/// 120° off its way from where it was farthest from it, 20 mm or more, without a jump of 10 mm. One that has been in
+/// the tissue may come back from anywhere: also from behind, through which it was pushed.
 ///
 /// Threads: one. Real-time: O(1), no allocation.
 class PosePlausibility {
