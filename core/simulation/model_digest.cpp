@@ -62,9 +62,10 @@ void list_state(Archive& archive, const SwellingSettings& swelling) {
 
 template <class Archive>
 void list_state(Archive& archive, const NoiseSettings& noise) {
-  const auto& [on, seed, template_play_mm, tremor_mm, stop_s, drop_along_mm, drop_across_mm,
+  const auto& [on, seed, template_play_mm, tremor_mm, drift_mm, stop_s, drop_along_mm, drop_across_mm,
                migration_along_mm] = noise;
-  archive(on, seed, template_play_mm, tremor_mm, stop_s, drop_along_mm, drop_across_mm, migration_along_mm);
+  archive(on, seed, template_play_mm, tremor_mm, drift_mm, stop_s, drop_along_mm, drop_across_mm,
+          migration_along_mm);
 }
 
 template <class Archive>
