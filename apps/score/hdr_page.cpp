@@ -80,10 +80,11 @@ std::string catheter_section(const FractionReport& report) {
     const NeedleScore* n = needle_through(report.score, planned.hole);
     rows += html_row(planned.label(), c.needle ? std::to_string(*c.needle) : std::string("missing"),
                      mm(c.along_mm), mm(c.across_mm), mm(c.mean_mm), mm(c.largest_mm), seconds(planned),
-                     c.needle ? seconds(again) : "–", figure(n ? n->passes : std::nullopt),
-                     figure(n ? n->largest_force_n : kNoNumber, 2));
+                     c.needle ? seconds(again) : "–",
+                     figure(c.mean_gy.empty() ? kNoNumber : c.mean_gy.front(), 2),
+                     figure(n ? n->passes : std::nullopt), figure(n ? n->largest_force_n : kNoNumber, 2));
   }
-  constexpr std::size_t kUnknown = 8;  // columns
+  constexpr std::size_t kUnknown = 9;  // columns
   for (const std::uint32_t needle : report.fraction.unplanned) {
     rows += "<tr>" + html_cell("not planned") + html_cell(std::to_string(needle));
     for (std::size_t i = 0; i < kUnknown; ++i) rows += html_cell("–");
@@ -91,13 +92,14 @@ std::string catheter_section(const FractionReport& report) {
   }
   std::string out =
       "<h2 class=\"next\">Catheters</h2>\n" +
-      html_table(
-          " class=\"long\"",
-          {"hole", "needle", "tip along,<br>mm", "tip across,<br>mm", "dwells off,<br>mean, mm",
-           "at most,<br>mm", "planned,<br>s", "optimised<br>again, s", "passes", "largest<br>force, N"},
-          rows) +
+      html_table(" class=\"long\"",
+                 {"hole", "needle", "tip along,<br>mm", "tip across,<br>mm", "dwells off,<br>mean, mm",
+                  "at most,<br>mm", "planned,<br>s", "optimised<br>again, s", "gland,<br>mean, Gy", "passes",
+                  "largest<br>force, N"},
+                 rows) +
       "<p class=\"small\">Along: &gt; 0 too deep. Tips are where they lie now; dwell positions where "
-      "their tissue is at rest. Needles are matched with planned catheters by where they pass the "
+      "their tissue is at rest. Gland: what the catheter adds to the mean dose of the first structure, with "
+      "the planned times. Needles are matched with planned catheters by where they pass the "
       "template.</p>\n";
   if (report.score.needles.motion) out += motion_text(*report.score.needles.motion);
   return out;

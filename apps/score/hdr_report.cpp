@@ -131,6 +131,8 @@ std::string to_json(const FractionReport& report) {
       one["dwells_mean_mm"] = c.mean_mm;
       one["dwells_largest_mm"] = c.largest_mm;
     }
+    for (std::size_t s = 0; s < c.mean_gy.size(); ++s)
+      if (std::isfinite(c.mean_gy[s])) one["mean_gy"][fraction.delivered[s].name] = c.mean_gy[s];
     one["reoptimised_s"] = fraction.reoptimised_plan.catheters[c.planned].dwell_s;
     json["catheters"].push_back(std::move(one));
   }
@@ -147,6 +149,8 @@ std::string to_json(const FractionReport& report) {
   json["dose"] = {{"plan", figures_json(fraction.plan, fraction.prescription_gy)},
                   {"delivered", figures_json(fraction.delivered, fraction.prescription_gy)},
                   {"reoptimised", figures_json(fraction.reoptimised, fraction.prescription_gy)}};
+  for (const StructureDose& d : fraction.delivered)
+    if (std::isfinite(d.mean_gy)) json["dose"]["delivered_mean_gy"][d.name] = d.mean_gy;
   for (const char* key :
        {"notice", "recording", "about", "exercise", "remarks", "verdict", "structures_entered", "needles"})
     json[key] = shared.at(key);
@@ -189,13 +193,14 @@ double HdrFigure::of(const std::vector<StructureDose>& doses, double prescriptio
 std::string to_text(const FractionReport& report) {
   const HdrScore& fraction = report.fraction;
   const Score& score = report.score;
-  std::string text =
-      fmt::format("catheters of plan \"{}\", mm:\n  {:<6}{:>8}{:>12}{:>13}{:>14}{:>10}\n", report.plan.name,
-                  "hole", "needle", "tip along", "tip across", "dwells, mean", "largest");
+  std::string text = fmt::format(
+      "catheters of plan \"{}\", mm:\n  {:<6}{:>8}{:>12}{:>13}{:>14}{:>10}{:>11}\n", report.plan.name, "hole",
+      "needle", "tip along", "tip across", "dwells, mean", "largest", "gland, Gy");
   for (const CatheterScore& c : fraction.catheters) {
     const std::string& label = report.plan.catheters[c.planned].label();
-    text += c.needle ? fmt::format("  {:<6}{:>8}{:>12.2f}{:>13.2f}{:>14.2f}{:>10.2f}\n", label, *c.needle,
-                                   c.along_mm, c.across_mm, c.mean_mm, c.largest_mm)
+    text += c.needle ? fmt::format("  {:<6}{:>8}{:>12.2f}{:>13.2f}{:>14.2f}{:>10.2f}{:>11.2f}\n", label,
+                                   *c.needle, c.along_mm, c.across_mm, c.mean_mm, c.largest_mm,
+                                   c.mean_gy.empty() ? NAN : c.mean_gy.front())
                      : fmt::format("  {:<6}{:>8}\n", label, "none");
   }
   for (const std::uint32_t needle : fraction.unplanned)

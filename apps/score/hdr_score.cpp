@@ -59,6 +59,22 @@ std::vector<StructureDose> evaluated(ImplantDose& dose, const std::vector<Dwell>
   return dose.evaluate();
 }
 
+/// `evaluated` of the delivered dwells, which are in the order of their catheters; and what each catheter gives.
+std::vector<StructureDose> evaluated_each(ImplantDose& dose, const std::vector<Dwell>& dwells,
+                                          const HdrPlan& plan, std::vector<CatheterScore>& catheters) {
+  dose.clear();
+  std::vector<StructureDose> before = dose.evaluate();
+  for (std::size_t k = 0; k < dwells.size(); ++k) {
+    for (const DoseSeed& seed : as_seeds({dwells[k]}, plan.source, plan.source_strength_u)) dose.add(seed);
+    if (k + 1 < dwells.size() && dwells[k + 1].catheter == dwells[k].catheter) continue;
+    std::vector<StructureDose> now = dose.evaluate();
+    for (std::size_t s = 0; s < now.size(); ++s)
+      catheters[dwells[k].catheter].mean_gy.push_back(now[s].mean_gy - before[s].mean_gy);
+    before = std::move(now);
+  }
+  return before;
+}
+
 }  // namespace
 
 std::vector<const CatheterCourse*> assign_catheters(const HdrPlan& plan, const TemplateGrid& grid,
@@ -120,7 +136,7 @@ HdrScore score_hdr(const HdrPlan& plan, const TemplateGrid& grid, const std::vec
   score.findings = find_hdr_mistakes(plan, grid, courses, score.unplanned, structures, settings);
   if (delivered.empty()) return score;
   for (const Dwell& dwell : delivered) score.dwells.push_back(dwell.position);
-  score.delivered = evaluated(dose, delivered, plan);
+  score.delivered = evaluated_each(dose, delivered, plan, score.catheters);
   score.slices = axial_slices(structures, dose.grid(), plan.prescription_gy);
   const std::vector<double> times = optimise_dwell_times(DwellDoses(
       delivered, dose_points(structures), plan.source, plan.source_strength_u, plan.prescription_gy));

@@ -124,7 +124,7 @@ void ContactSolve::find_slips(std::span<NeedleContact> needles, ProbeContact* pr
 }
 
 // The forces that move each needle's landmarks together by 1 mm of the hand while all others are held. Along a needle
-// all its landmarks have its axis, and H knows it; but for those that it pushes from the side.
+// all its landmarks have its axis, or its course's there, and H knows it; but for those that it pushes from the side.
 void ContactSolve::find_stiffnesses(std::span<const NeedleContact> needles, const ProbeContact* probe,
                                     const LandmarkSet& landmarks, TissueField& field) noexcept {
   along_.assign(needles.size() + 1, 0);
@@ -154,7 +154,9 @@ void ContactSolve::find_stiffnesses(std::span<const NeedleContact> needles, cons
   for (std::size_t g = 0; g < groups_.instruments.size(); ++g)
     (groups_.instruments[g] == needles.size() ? along_ : across_)[groups_.instruments[g]] =
         groups_.stiffnesses[g];
-  const auto is_along = [&](std::size_t i) { return axes_[i] == needles[landmarks.owners[i].needle].axis(); };
+  const auto is_along = [&](std::size_t i) {
+    return needles[landmarks.owners[i].needle].is_along(*owned_[i]);
+  };
   for (std::size_t j = 0; j < count; ++j)
     for (std::size_t i = 0; i < count; ++i)
       if (landmarks.owners[i].needle == landmarks.owners[j].needle &&

@@ -24,6 +24,7 @@ constexpr int kBisections = 20;       // of a tick's cut: a capsule is found to 
 // Cosine of a surface's normal to the needle up to which a tip that slides over it drags it, as its side would not.
 constexpr double kFacing = -0.5;
 constexpr double kNoForceN = 1e-9, kRounding = 1e-12;
+constexpr double kPieceMm = 2.5;  // of a course, taken as straight where it crosses a surface
 constexpr double kMostTurn =
     0.866;  // cosine of the 30° beyond which a needle that turns in a tick has jumped
 
@@ -31,7 +32,7 @@ constexpr double kMostTurn =
 
 NeedleContact::NeedleContact(const SurfaceBvh& surface, const NeedleTissues& tissues,
                              const NeedleSettings& needle, const ContactSettings& settings,
-                             std::optional<double> guide_z_mm)
+                             std::optional<double> guide_z_mm, std::span<const Vec3> course)
     : surface_(surface),
       tissues_(tissues),
       needle_settings_(needle),
@@ -43,7 +44,8 @@ NeedleContact::NeedleContact(const SurfaceBvh& surface, const NeedleTissues& tis
   const auto capacity = static_cast<std::size_t>(settings.max_landmarks);
   cut_.shaft.reserve(capacity);
   outcome_.landmarks.reserve(capacity);
-  if (needle.bends()) bend_.emplace(needle, guide_z_mm, capacity);
+  needle_.course = FollowedCourse(course);
+  if (needle.bends() && course.empty()) bend_.emplace(needle, guide_z_mm, capacity);
 }
 
 void NeedleContact::begin(const RigidTransform& X_WN, const DisplacementField* last_field,
@@ -57,10 +59,11 @@ void NeedleContact::begin(const RigidTransform& X_WN, const DisplacementField* l
   last_.world_tip = X_WN.p;
   const Vec3 axis = X_BN.R.col(2), last_axis = last_.world_axis;
   last_.world_axis = X_WN.R.col(2);
+  const bool followed = needle_.course.is_followed();
+  set_needle(X_WN, X_BN);
   const bool has_jumped = last_.is_known && ((X_BN.p - last_.tip).norm() > settings_.max_jump_mm ||
-                                             last_axis.dot(last_.world_axis) < kMostTurn);
-  const Vec3 hub = X_BN.p - needle_settings_.length_mm * axis;
-  needle_ = {hub, X_BN.p, axis, X_BN.p, hub, X_BN.p};
+                                             last_axis.dot(last_.world_axis) < kMostTurn ||
+                                             (is_in() && followed != needle_.course.is_followed()));
   needle_.moved =
       (X_BN.p - last_.tip).norm() + needle_settings_.length_mm * (last_.world_axis - last_axis).norm();
   if (bend_) {
@@ -110,6 +113,14 @@ void NeedleContact::skip() noexcept {
   outcome_.tip_depth = 0;
 }
 
+void NeedleContact::set_needle(const RigidTransform& X_WN, const RigidTransform& X_BN) noexcept {
+  needle_.tip = needle_.bent_tip = needle_.free_tip = X_BN.p;
+  needle_.axis = X_BN.R.col(2);
+  needle_.hub = needle_.free_hub = needle_.tip - needle_settings_.length_mm * needle_.axis;
+  needle_.course.begin(X_WN, X_BN);
+  if (needle_.course.is_followed()) needle_.free_hub = needle_.tip - kSideOfCourseMm * needle_.axis;
+}
+
 // A hole that holds the needle aside turns what is beyond it: where nothing else presses on it, it is straight there.
 void NeedleContact::lay_free_line() noexcept {
   if (!bend_->is_held_aside()) return;
@@ -123,29 +134,46 @@ void NeedleContact::reinitialize() noexcept {
   if (last_.is_known) outcome_.flags |= kStepReinitialized;
   release();
   needle_.bent_tip = needle_.tip;
-  std::array<SurfaceHit, kMaxCrossings> buffer;
-  const std::span hits(buffer.data(), surface_.all_hits(needle_.hub, needle_.tip, buffer));
   const bool inside = surface_.inside(needle_.tip);
-  Vec3 entry = needle_.hub, exit = needle_.tip;
+  Vec3 exit = needle_.tip;
   bool entered = false, left = false;
-  for (const SurfaceHit& hit : hits) {
-    if (hit.entering) {
-      entry = hit.point;
-      entered = true;
-      left = false;
-    } else {
-      exit = hit.point - kInsideMargin * needle_.axis;
-      left = true;
+  const std::size_t pieces = this->pieces();
+  for (std::size_t k = 0; k < pieces; ++k) {
+    const Vec3 from = end_of_piece(k), to = end_of_piece(k + 1);
+    if (k == 0) cut_.path.start(from);
+    std::array<SurfaceHit, kMaxCrossings> buffer;
+    for (const SurfaceHit& hit : std::span(buffer.data(), surface_.all_hits(from, to, buffer))) {
+      if (hit.entering) {
+        cut_.path.start(hit.point);
+        entered = true;
+        left = false;
+      } else {
+        exit = hit.point - kInsideMargin * needle_.nearest(hit.point).axis;
+        left = true;
+        if (!inside) cut_.path.extend_to(exit);
+      }
     }
+    if (k + 1 < pieces && !left) cut_.path.extend_to(to);
   }
-  if (!inside && !(entered && left)) return;
+  if (!inside && !(entered && left)) return cut_.path.clear();
 
   state_ = inside ? ContactState::kInserted : ContactState::kThrough;
   old_.was_inserted = true;
-  cut_.path.start(entry);
-  cut_.path.extend_to(inside ? needle_.tip : exit);
+  if (inside) cut_.path.extend_to(needle_.tip);
   cut_.tip_s = cut_.path.length();
   cut_.tissue = tissues_.at(cut_.path.at(cut_.tip_s));
+}
+
+// A course is asked for its crossings piece by piece, from the hub on; piece k is between ends k and k + 1.
+std::size_t NeedleContact::pieces() const noexcept {
+  if (!needle_.course.is_followed()) return 1;
+  return static_cast<std::size_t>(std::ceil(needle_settings_.length_mm / kPieceMm));
+}
+
+Vec3 NeedleContact::end_of_piece(std::size_t piece) const noexcept {
+  if (!needle_.course.is_followed()) return piece == 0 ? needle_.hub : needle_.tip;
+  const double behind = kPieceMm * static_cast<double>(pieces() - piece);
+  return needle_.course.point(std::min(behind, needle_settings_.length_mm));
 }
 
 void NeedleContact::approach() noexcept {
@@ -284,7 +312,7 @@ void NeedleContact::set_shaft(const DisplacementField* last_field) noexcept {
   while (cut_.tip_s >= s_of_last() + 1.5 * spacing &&
          cut_.shaft.size() + 1 < static_cast<std::size_t>(settings_.max_landmarks)) {
     const Vec3 X = cut_.path.at(s_of_last() + spacing);
-    const double carried = last_field ? last_field->displacement_at(X).dot(needle_.axis) : 0;
+    const double carried = last_field ? last_field->displacement_at(X).dot(needle_.nearest(X).axis) : 0;
     cut_.shaft.push_back({X, tissues_[tissues_.at(X)].friction_n_per_mm, carried});
   }
 }
@@ -344,7 +372,7 @@ double NeedleContact::pressed_mm() const noexcept {
 void NeedleContact::add_contact() noexcept {
   if (!press_.by_tip) add_side();
   if (!press_.by_tip && !(press_.advanced > LandmarkSet::kRestToleranceMm)) return;
-  NeedleLandmark landmark{.position = press_.point, .relaxed_n = press_.relaxed_n};
+  NeedleLandmark landmark{.position = press_.point, .axis = needle_.axis, .relaxed_n = press_.relaxed_n};
   const TissueContact& capsule = tissues_[0];
   const double pressed = pressed_mm();
   landmark.if_stuck = needle_.tip - press_.point;
@@ -411,10 +439,12 @@ void NeedleContact::add_shaft(double motion) noexcept {
   outcome_.has_tip_landmark = state_ == ContactState::kInserted;
   for (std::size_t i = 0; i < cut_.shaft.size(); ++i) {
     const ShaftLandmark& shaft = cut_.shaft[i];
-    const Vec3 across = needle_.nearest_on_line(shaft.position) - shaft.position;
+    const FollowedCourse::Place place = needle_.nearest(shaft.position);
+    const Vec3 across = place.point - shaft.position;
     const double friction = (shaft.friction + barbs_n_per_mm()) * tributary(i);
     add({.position = shaft.position,
-         .if_stuck = across + (shaft.axial + motion) * needle_.axis,
+         .axis = place.axis,
+         .if_stuck = across + (shaft.axial + motion) * place.axis,
          .low_n = -friction,
          .high_n = friction,
          .friction_n = friction,
@@ -430,6 +460,7 @@ void NeedleContact::add_tip() noexcept {
   const double friction =
       (tissues_[tissues_.at(X)].friction_n_per_mm + barbs_n_per_mm()) * tributary(cut_.shaft.size());
   add({.position = X,
+       .axis = needle_.axis,
        .if_stuck = needle_.tip - X,
        .low_n = -friction,
        .high_n = friction + (cut_.tip_s < cut_.path.length() ? 0 : resistance()),
@@ -456,12 +487,11 @@ double NeedleContact::resistance() const noexcept {
 void NeedleContact::add(const NeedleLandmark& landmark, double axial) noexcept {
   const double limit = settings_.max_displacement_mm;
   outcome_.landmarks.push_back(landmark);
-  outcome_.landmarks.back().axis = needle_.axis;
-  const double along = landmark.if_stuck.dot(needle_.axis);
-  const Vec3 across = needle_.across(landmark.if_stuck);
+  const double along = landmark.if_stuck.dot(landmark.axis);
+  const Vec3 across = landmark.if_stuck - along * landmark.axis;
   if (std::abs(along) > limit || across.norm() > limit) {
     outcome_.flags |= kStepSaturated;
-    outcome_.landmarks.back().if_stuck = std::clamp(along, -limit, limit) * needle_.axis +
+    outcome_.landmarks.back().if_stuck = std::clamp(along, -limit, limit) * landmark.axis +
                                          across * std::min(1.0, limit / std::max(across.norm(), limit));
   }
   if (!bend_) return;
@@ -501,8 +531,8 @@ void NeedleContact::finish(std::uint64_t tick, double period_s, double axial_sti
   if (!is_in()) return;
   for (std::size_t i = 0; i < cut_.shaft.size(); ++i) {
     cut_.shaft[i].slips = outcome_.landmarks[i].slip_mm != 0;
-    const double axial = outcome_.landmarks[i].if_stuck.dot(needle_.axis) - outcome_.landmarks[i].slip_mm -
-                         outcome_.landmarks[i].body_mm;
+    const NeedleLandmark& landmark = outcome_.landmarks[i];
+    const double axial = landmark.if_stuck.dot(landmark.axis) - landmark.slip_mm - landmark.body_mm;
     if (std::abs(axial - cut_.shaft[i].axial) > LandmarkSet::kRestToleranceMm) cut_.shaft[i].axial = axial;
   }
   last_.slip = outcome_.has_tip_landmark ? cut_.free_slip + outcome_.landmarks.back().slip_mm : 0;
@@ -634,12 +664,12 @@ void NeedleContact::sum_forces() noexcept {
     // What slides passes on nothing across its axis, though a little is left of it in the solution.
     const Vec3 force = landmark.slides ? Vec3(-landmark.reaction_n.dot(landmark.axis) * landmark.axis)
                                        : Vec3(-landmark.reaction_n);
-    Vec3 at = needle_.nearest_on_line(landmark.position + landmark.if_stuck - landmark.body);
+    Vec3 at = needle_.nearest(landmark.position + landmark.if_stuck - landmark.body).point;
     if (bend_ && &landmark == &outcome_.landmarks.back())
       at += bend_->tip_deflection();  // of the others, little
     outcome_.forces.force_n += force;
     outcome_.forces.tip_torque_nmm += (at - needle_.tip).cross(force);
-    const double along = -force.dot(needle_.axis);
+    const double along = -force.dot(is_in() ? landmark.axis : needle_.axis);
     const double rubbed = std::clamp(along, -landmark.friction_n, landmark.friction_n);
     outcome_.forces.friction_n += rubbed;
     outcome_.forces.cutting_n += std::max(0.0, along - rubbed);
@@ -695,7 +725,7 @@ void NeedleContact::update_local_model(std::uint64_t tick, double axial_stiffnes
   m.lateral_stiffness_n_per_mm += lateral_stiffness;
   m.axial_stiffness_n_per_mm = axial_stiffness;
   for (const NeedleLandmark& landmark : outcome_.landmarks) {
-    if (landmark.axis != needle_.axis) continue;  // beside
+    if (!is_along(landmark)) continue;
     m.axial_min_n += landmark.low_n;
     m.axial_max_n += landmark.high_n;
     m.is_stuck &= landmark.slip_mm == 0;

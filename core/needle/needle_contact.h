@@ -10,6 +10,7 @@
 #include "core/needle/contact_settings.h"
 #include "core/needle/contact_state.h"
 #include "core/needle/cut_path.h"
+#include "core/needle/followed_course.h"
 #include "core/needle/local_contact_model.h"
 #include "core/needle/needle_bend.h"
 #include "core/needle/needle_forces.h"
@@ -40,16 +41,25 @@ namespace brachy {
 ///
 /// A tick is begin, which sets the landmarks' bounds, then the solve of all needles together
 /// (contact_solve.h), then finish; or, where there is no solution, finish_unsolved.
-/// Limits: a tip that leaves and enters a second lobe stays `through`; a needle does not enter other needles' cuts,
-/// and stores kOldPaths of its own.
+/// A catheter with a course of its own (FollowedCourse) lies along it behind its tip: a shaft landmark follows its
+/// nearest point and sticks and slips along its direction there. It is as stiff as the course is given, and does not
+/// bend.
+///
+/// Limits: of a catheter on its course only the last kSideOfCourseMm touch from the side; a tip that leaves and enters
+/// a second lobe stays `through`; a needle does not enter other needles' cuts, and stores kOldPaths of its own.
 /// Threads: one. Real-time: no allocation after construction, no exceptions; a few BVH queries a call.
 class NeedleContact {
  public:
   static constexpr std::size_t kOldPaths = 4;
 
-  /// `surface` (closed, outward, at rest) and `tissues` must outlive this. `guide_z_mm`: of NeedleBend.
+  /// Of a catheter on its course, taken as straight where it touches from the side.
+  static constexpr double kSideOfCourseMm = 10;
+
+  /// `surface` (closed, outward, at rest) and `tissues` must outlive this. `guide_z_mm`: of NeedleBend. `course`: of
+  /// FollowedCourse; empty: the needle is straight, or bends.
   NeedleContact(const SurfaceBvh& surface, const NeedleTissues& tissues, const NeedleSettings& needle,
-                const ContactSettings& settings, std::optional<double> guide_z_mm = {});
+                const ContactSettings& settings, std::optional<double> guide_z_mm = {},
+                std::span<const Vec3> course = {});
 
   /// Starts a tick with its pose. `last_field` is the field of the last one: a new shaft landmark starts with its
   /// displacement. None: at rest. `frame`: where the body is; landmarks, axis and lines are in its frame B.
@@ -73,8 +83,10 @@ class NeedleContact {
   double share_of_hand(const NeedleLandmark& landmark) const {
     return bend_ ? bend_->share_of_hand(landmark.arc_mm) : 1;
   }
+  /// Whether a landmark's bounds are along the needle, not in the direction that it pushes from the side.
+  bool is_along(const NeedleLandmark& landmark) const { return is_in() || landmark.axis == needle_.axis; }
   Vec3 nearest_on_line(const Vec3& p) const {
-    return needle_.nearest_on_line(p);
+    return needle_.nearest(p).point;
   }  ///< the shaft's, without end
 
   /// After the slips are known: whether the tip reached the end of its old cut within this tick. Its landmark then gets
@@ -109,6 +121,8 @@ class NeedleContact {
   const LocalContactModel& local_model() const { return outcome_.local_model; }
   /// How the needle bends, after finish; null: it is rigid.
   const NeedleBend* bend() const { return bend_ ? &*bend_ : nullptr; }
+  /// Where it lies along its course; null: it is straight, or bends.
+  const FollowedCourse* course() const { return needle_.course.is_followed() ? &needle_.course : nullptr; }
   /// A direction of the body's frame in the world's, where the needle is.
   Vec3 direction_in_world(const Vec3& v) const { return body_.is_turned ? Vec3(body_.turn * v) : v; }
 
@@ -128,11 +142,18 @@ class NeedleContact {
     // Of the line that it takes where nothing touches it:
     Vec3 free_hub = Vec3::Zero(), free_tip = Vec3::Zero();
     double moved = 0;  // since the last tick, the farther of tip and hub, mm
-    Vec3 nearest_on_line(const Vec3& p) const { return tip + (p - tip).dot(axis) * axis; }
+    FollowedCourse course;
+    /// Of the shaft's line, without end, or of the course, and its direction there.
+    FollowedCourse::Place nearest(const Vec3& p) const {
+      if (course.is_followed()) return course.nearest(p);
+      return {tip + (p - tip).dot(axis) * axis, axis};
+    }
+    /// The shaft's point at arc length s from the tip.
+    Vec3 behind_tip(double s) const { return course.is_followed() ? course.point(s) : Vec3(tip - s * axis); }
     Vec3 across(const Vec3& v) const { return v - v.dot(axis) * axis; }
     template <class Archive>
     void list_state(Archive& archive) {
-      archive(hub, tip, axis, bent_tip, free_hub, free_tip, moved);
+      archive(hub, tip, axis, bent_tip, free_hub, free_tip, moved, course);
     }
   };
   struct ShaftLandmark {
@@ -230,8 +251,11 @@ class NeedleContact {
   };
 
   // geometry, before the solve
+  void set_needle(const RigidTransform& X_WN, const RigidTransform& X_BN) noexcept;
   void lay_free_line() noexcept;
   void reinitialize() noexcept;
+  std::size_t pieces() const noexcept;
+  Vec3 end_of_piece(std::size_t piece) const noexcept;
   void approach() noexcept;
   CutPath* find_old_path(const Vec3& entry) noexcept;
   void enter_old_path(CutPath& old) noexcept;

@@ -47,8 +47,7 @@ std::shared_ptr<const SimulationModel> load_simulation_model(const Scene& scene,
   settings.target = resolve_simd_target(scene.engine.simd);
   settings.threads = scene.engine.threads;
   settings.work.costs = scene.work_costs;
-  settings.shear_modulus_kpa = scene.tissue.shear_modulus_kpa;
-  settings.poisson = scene.tissue.poisson;
+  settings.softness = {scene.tissue.shear_modulus_kpa, scene.tissue.poisson};
   settings.anchors = scene.anchors;
   settings.guard = scene.stability;
   settings.needle = scene.needle;
@@ -60,7 +59,8 @@ std::shared_ptr<const SimulationModel> load_simulation_model(const Scene& scene,
   settings.seeds = scene.seeds;
   // A catheter carries no seeds: a press of the button finds no train.
   if (scene.implant.is_hdr()) settings.seeds.applicator = "train";
-  load_hdr_plan(scene);  // refused at the start, where it is wrong
+  if (const auto plan = load_hdr_plan(scene))  // refused at the start, where it is wrong
+    for (const PlanCatheter& catheter : plan->catheters) settings.courses.push_back(catheter.course);
   NeedleTissues needle_tissues = load_needle_tissues(scene);
   DeformationModel deformation = load_deformation_model(scene, tissue);
   return std::make_shared<const SimulationModel>(

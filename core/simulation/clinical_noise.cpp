@@ -11,7 +11,7 @@ namespace brachy {
 namespace {
 
 // What a number is drawn for.
-enum : std::uint64_t { kPlay = 1, kStop, kTremor, kDrop, kMigration };
+enum : std::uint64_t { kPlay = 1, kStop, kTremor, kDrop, kMigration, kDrift };
 constexpr std::array kTremorHz = {8.3, 9.7, 11.6};  // of physiological tremor, 8 to 12 Hz; no common period
 
 // In (0, 1).
@@ -51,6 +51,7 @@ RigidTransform ClinicalNoise::held(std::size_t needle, const RigidTransform& X_W
   RigidTransform held = X_WN;
   held.p += settings_.template_play_mm * (normal(kPlay, which, 0) * x + normal(kPlay, which, 1) * y) +
             settings_.stop_s * hand.fastest_mm_s * normal(kStop, which, 0) * z;
+  if (settings_.drift_mm > 0) held.p += settings_.drift_mm * normal(kDrift, 0, 0) * z;
   // Sinusoids of equal power: their sum has the standard deviation that is asked for.
   const double amplitude = settings_.tremor_mm * std::sqrt(2.0 / kTremorHz.size());
   for (std::uint64_t k = 0; k < kTremorHz.size(); ++k)

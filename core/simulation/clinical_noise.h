@@ -16,8 +16,11 @@ struct NoiseSettings {
   std::uint64_t seed = 1;
   double template_play_mm = 0.7;  ///< across, of each insertion: the needle in its hole
   double tremor_mm = 0.1;         ///< of the hand, 8 to 12 Hz, in each direction
-  double stop_s = 0.03;           ///< times the insertion's speed: where the hand stops along the needle
-  double drop_along_mm = 1.8;     ///< of each seed: ejection and stylet
+  /// Of all needles together, along each: as catheters drift between fractions, 1.8 mm (0 ± 1.8, craniocaudal; the
+  /// source is UncertaintySettings'). 0: they were not left.
+  double drift_mm = 0;
+  double stop_s = 0.03;        ///< times the insertion's speed: where the hand stops along the needle
+  double drop_along_mm = 1.8;  ///< of each seed: ejection and stylet
   double drop_across_mm = 1.2;
   double migration_along_mm = 1.5;  ///< of each seed, with the tissue that closes behind the needle
 

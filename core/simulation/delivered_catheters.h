@@ -14,8 +14,8 @@ namespace brachy {
 /// there is none in the tissue, the point itself. So dwell positions ride with needles and tissue. Not real-time.
 /// Threads: the simulator's.
 ///
-/// Needle n follows the course of catheter n, where the plan has one and the tip is within 15 mm of it (follow_course):
-/// what contact does with it is that of a straight needle. `plan`: null where there is none.
+/// Needle n follows the course of catheter n, where the plan has one and the tip is within 15 mm of it (follow_course),
+/// as its contact does. `plan`: null where there is none.
 std::vector<CatheterCourse> delivered_catheters(Simulator& simulator, const MeshState& state,
                                                 const HdrPlan* plan);
 /// The same, quickly: of needles in a field that is another's, to some 0.001 mm (find_material_points); the probe

@@ -12,11 +12,14 @@ NeedlePose pose_of(std::size_t n, std::span<const NeedlePose> poses) {
 }  // namespace
 
 Instruments::Instruments(const SimulationModel& model, bool knows_forces)
-    : period_s_(model.settings.period_s), noise_(model.settings.noise, model.settings.needle.count) {
+    : period_s_(model.settings.period_s),
+      length_mm_(model.settings.needle.length_mm),
+      noise_(model.settings.noise, model.settings.needle.count) {
   const SimulationSettings& settings = model.settings;
   for (std::size_t n = 0; n < settings.needle.count; ++n) {
+    const bool has_course = n < settings.courses.size();
     needles_.emplace_back(model.surface, model.needle_tissues, settings.needle, settings.contact,
-                          model.guide_z_mm());
+                          model.guide_z_mm(), has_course ? settings.courses[n] : std::vector<Vec3>());
     bone_stops_.emplace_back(model.organs, settings.contact.bone_n_per_mm, settings.needle.length_mm,
                              settings.contact.max_jump_mm);
   }
@@ -92,6 +95,10 @@ std::uint32_t Instruments::find_shapes() noexcept {
   for (std::size_t n = 0; n < needles_.size(); ++n) {
     const NeedleContact& needle = needles_[n];
     NeedleShape& shape = states_[n].shape;
+    if (states_[n].present && needle.course()) {
+      lay_along(n, *needle.course());
+      continue;
+    }
     const NeedleBend* bend = states_[n].present ? needle.bend() : nullptr;
     shape.is_bent = bend != nullptr;
     if (!bend) continue;
@@ -107,6 +114,19 @@ std::uint32_t Instruments::find_shapes() noexcept {
     shape.tip_deflection = needle.direction_in_world(bend->tip_deflection());
   }
   return flags;
+}
+
+void Instruments::lay_along(std::size_t n, const FollowedCourse& course) noexcept {
+  const NeedleContact& needle = needles_[n];
+  NeedleShape& shape = states_[n].shape;
+  const Vec3 tip = course.point(0);
+  for (std::size_t k = 0; k < NeedleShape::kPoints; ++k) {
+    const double behind = length_mm_ * (1 - static_cast<double>(k) / (NeedleShape::kPoints - 1));
+    shape.points[k] = states_[n].X_WN.p + needle.direction_in_world(course.point(behind) - tip);
+  }
+  shape.is_bent = true;
+  shape.tip_axis = states_[n].X_WN.R.col(2);
+  shape.tip_deflection.setZero();
 }
 
 void Instruments::write(std::uint64_t since, std::uint64_t tick, NeedleStates& told) noexcept {

@@ -30,8 +30,8 @@ class Instruments {
                       const DisplacementField& last_field, const BodyFrame& frame) noexcept;
   /// In place of begin, in a tick that leaves contacts and forces as they are: it only takes the poses.
   void hold(std::uint64_t tick, std::span<const NeedlePose> poses) noexcept;
-  /// After the contacts are solved: where each needle that bends lies. Returns the StepFlag bits of these, of which
-  /// kStepSteep is known once the forces are.
+  /// After the contacts are solved: where each needle that bends, or follows a course, lies. Returns the StepFlag bits
+  /// of these, of which kStepSteep is known once the forces are.
   std::uint32_t find_shapes() noexcept;
   /// Writes what is told of each of them after tick `tick`, and its poses of the ticks after `since`, to `told`.
   void write(std::uint64_t since, std::uint64_t tick, NeedleStates& told) noexcept;
@@ -66,10 +66,11 @@ class Instruments {
                    const BodyFrame& frame) noexcept;
   void take_pose(std::size_t instrument, const NeedlePose& pose, std::uint64_t tick) noexcept;
   void skip(std::size_t instrument) noexcept;
+  void lay_along(std::size_t n, const FollowedCourse& course) noexcept;
   void tell_needle(std::size_t n) noexcept;
   void tell_probe() noexcept;
 
-  double period_s_;
+  double period_s_, length_mm_;
   std::vector<NeedleContact> needles_;
   std::vector<BoneStop> bone_stops_;  // by needle
   std::optional<ProbeContact> probe_;

@@ -25,11 +25,12 @@ struct TickPose {
   bool button = false;
 };
 
-/// The course of a needle that bends: points at equal arc lengths from the hub to the tip, world frame W, mm.
+/// The course of a needle that bends, or that follows its plan's: points at equal arc lengths from the hub to the tip,
+/// world frame W, mm.
 struct NeedleShape {
   static constexpr std::size_t kPoints = 17;
 
-  bool is_bent = false;  ///< false: the needle is rigid, and its points are not set
+  bool is_bent = false;  ///< false: the needle is rigid and straight, and its points are not set
   std::array<Vec3, kPoints> points = [] {
     std::array<Vec3, kPoints> zero;
     zero.fill(Vec3::Zero());

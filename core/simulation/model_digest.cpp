@@ -62,9 +62,10 @@ void list_state(Archive& archive, const SwellingSettings& swelling) {
 
 template <class Archive>
 void list_state(Archive& archive, const NoiseSettings& noise) {
-  const auto& [on, seed, template_play_mm, tremor_mm, stop_s, drop_along_mm, drop_across_mm,
+  const auto& [on, seed, template_play_mm, tremor_mm, drift_mm, stop_s, drop_along_mm, drop_across_mm,
                migration_along_mm] = noise;
-  archive(on, seed, template_play_mm, tremor_mm, stop_s, drop_along_mm, drop_across_mm, migration_along_mm);
+  archive(on, seed, template_play_mm, tremor_mm, drift_mm, stop_s, drop_along_mm, drop_across_mm,
+          migration_along_mm);
 }
 
 template <class Archive>
@@ -96,10 +97,10 @@ void list_state(Archive& archive, const WorkCosts& costs) {
 
 template <class Archive>
 void list_state(Archive& archive, const SimulationSettings& settings) {
-  const auto& [period_s, target, threads, work, shear_modulus_kpa, poisson, anchors, guard, needle, contact,
-               body, noise, probe, template_grid, seeds] = settings;
-  archive(period_s, work.costs, work.is_whole, shear_modulus_kpa, poisson, anchors, guard, needle, contact,
-          body.gland, body.swelling, noise, probe, template_grid, seeds);
+  const auto& [period_s, target, threads, work, softness, anchors, guard, needle, contact, body, noise, probe,
+               template_grid, seeds, courses] = settings;
+  archive(period_s, work.costs, work.is_whole, softness.shear_modulus_kpa, softness.poisson, anchors, guard,
+          needle, contact, body.gland, body.swelling, noise, probe, template_grid, seeds, courses);
 }
 
 namespace {

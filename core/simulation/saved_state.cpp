@@ -5,7 +5,7 @@ namespace brachy {
 namespace {
 
 // Of another version the members are others.
-constexpr std::uint64_t kFormat = 0x3330545352424f31;
+constexpr std::uint64_t kFormat = 0x3430545352424f31;
 
 }  // namespace
 

@@ -116,7 +116,7 @@ Vec3 SimulationModel::apex_of(const Tissue& tissue) {
 }
 
 double SimulationModel::landmark_stiffness_n_per_mm() const {
-  return elastic_landmark_stiffness(1e-3 * settings.shear_modulus_kpa, settings.poisson,
+  return elastic_landmark_stiffness(1e-3 * settings.softness.shear_modulus_kpa, settings.softness.poisson,
                                     settings.contact.inserted_tip_core_mm());
 }
 

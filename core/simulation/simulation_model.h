@@ -61,8 +61,10 @@ struct SimulationSettings {
   };
   Work work;
   /// Of tissue in no region: these set the stiffness of a landmark where the kernel itself knows no force.
-  double shear_modulus_kpa = 6;
-  double poisson = 0.49;
+  struct Softness {
+    double shear_modulus_kpa = 6, poisson = 0.49;
+  };
+  Softness softness;
   /// not used by MatrixModel and CompactKernels, which model what supports the tissue
   Anchors::Options anchors;
   GuardSettings guard;
@@ -73,6 +75,9 @@ struct SimulationSettings {
   ProbeSettings probe;
   TemplateGrid template_grid;
   SeedSettings seeds;
+  /// Of needle n, the course that it follows (FollowedCourse), world frame W, mm; empty, or fewer than there are
+  /// needles: it is straight, or bends.
+  std::vector<std::vector<Vec3>> courses = {};
 };
 
 /// Everything about a simulation that does not change from tick to tick, as MuJoCo's mjModel; a Simulator has what

@@ -6,6 +6,7 @@
 
 #include "core/brachytherapy/dose/source.h"
 #include "core/brachytherapy/plan/plan.h"
+#include "core/simulation/delivered_catheters.h"
 
 namespace brachy {
 namespace {
@@ -13,6 +14,8 @@ namespace {
 constexpr double kPieceMm = 0.25;     // of a cylinder
 constexpr double kFarOff = 2.6;       // deviations of the slice beyond which nothing is seen
 constexpr double kShadowReach = 2.5;  // deviations of the beam
+constexpr double kOffChordMm = 0.05;  // of a needle's course between two stations, which then has four chords
+constexpr int kChords = 4;
 constexpr double kTipDb = 5;          // more than the shaft's
 constexpr double kRoundSide = 0.45;   // rad: where else around the cylinder it is looked at …
 constexpr double kRoundShare = 0.35;  // … and how much returns from there
@@ -50,8 +53,7 @@ void InstrumentEchoes::find(const RigidTransform& X_WI, std::span<const NeedleSt
     const NeedleShape& shape = needle.shape;
     Vec3 tip = needle.X_WN.p;
     if (shape.is_bent) {
-      for (std::size_t k = 0; k + 1 < NeedleShape::kPoints; ++k)
-        add_piece(X_IW, shape.points[k], shape.points[k + 1], needle_look, spread);
+      add_course(X_IW, needle, needle_look, spread);
       tip = shape.points.back();
     } else {
       add_piece(X_IW, tip - length_ * needle.X_WN.R.col(2), tip, needle_look, spread);
@@ -69,6 +71,28 @@ void InstrumentEchoes::find(const RigidTransform& X_WI, std::span<const NeedleSt
     add_piece(X_IW, seed.position - half, seed.position + half, seed_look, spread);
   }
   for (std::size_t k = 0; k + 1 < seeds.size(); ++k) add_spacers(X_IW, seeds[k], seeds[k + 1], spread);
+}
+
+// Between its stations a needle lies along the spline of point_behind_tip.
+void InstrumentEchoes::add_course(const RigidTransform& X_IW, const NeedleState& needle, const Look& look,
+                                  const PointSpread& spread) noexcept {
+  constexpr std::size_t kPieces = NeedleShape::kPoints - 1;
+  const double each = length_ / static_cast<double>(kPieces);
+  for (std::size_t k = 0; k < kPieces; ++k) {
+    const Vec3 &a = needle.shape.points[k], &b = needle.shape.points[k + 1];
+    const double behind = each * static_cast<double>(kPieces - k);  // of a
+    const Vec3 middle = point_behind_tip(needle, length_, behind - 0.5 * each);
+    if ((middle - 0.5 * (a + b)).norm() <= kOffChordMm) {
+      add_piece(X_IW, a, b, look, spread);
+      continue;
+    }
+    Vec3 from = a;
+    for (int i = 1; i <= kChords; ++i) {
+      const Vec3 to = i == kChords ? b : point_behind_tip(needle, length_, behind - each * i / kChords);
+      add_piece(X_IW, from, to, look, spread);
+      from = to;
+    }
+  }
 }
 
 void InstrumentEchoes::add_spacers(const RigidTransform& X_IW, const Seed& a, const Seed& b,

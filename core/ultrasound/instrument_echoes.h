@@ -46,6 +46,8 @@ class InstrumentEchoes {
   struct Shadow {
     double line, depth, area;
   };
+  void add_course(const RigidTransform& X_IW, const NeedleState& needle, const Look& look,
+                  const PointSpread& spread) noexcept;
   void add_spacers(const RigidTransform& X_IW, const Seed& a, const Seed& b,
                    const PointSpread& spread) noexcept;
   void add_piece(const RigidTransform& X_IW, const Vec3& begins, const Vec3& ends, const Look& look,

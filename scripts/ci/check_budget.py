@@ -44,7 +44,7 @@ METHOD = {
     "core/models/scalar_kernel/scalar_composition.cpp": "kHardlyStrained",
     "core/models/scalar_kernel/scalar_composition.h": "kReach",
     "core/needle/cut_path.h": "kResolution",
-    "core/needle/needle_contact.cpp": "kBisections",
+    "core/needle/needle_contact.cpp": "kBisections kPieceMm",
     "core/needle/probe_contact.cpp": "kLookAround kLetGo kNearAxis kCorePerSpacing",
     "core/needle/reaction_solver.cpp": "kPatience",
     "core/needle/side_contact.h": "kSpacingMm kTurnMm kLineCore",
@@ -53,11 +53,12 @@ METHOD = {
 # Of needles, hands, tissue and clinics, with the source beside them.
 PHYSICS = {
     "core/needle/contact_settings.h": "kReferenceDiameter kRigidGpa kInsertedTipCore",
+    "core/needle/followed_course.h": "kReachMm kHalfPieceMm",
     "core/needle/needle_bend.cpp": "kLeastArc",
     "core/needle/needle_bend.h": "kSteepest",
     "core/needle/needle_contact.cpp": "kInsideMargin kSameEntry kSameDirection kLookAhead kMostOblique kTipFriction "
                                       "kFacing kMostTurn",
-    "core/needle/needle_contact.h": "kUnsolvedFade",
+    "core/needle/needle_contact.h": "kUnsolvedFade kSideOfCourseMm",
     "core/needle/side_contact.cpp": "kSteep",
     "core/simulation/body_settings.h": "kTheatre kPunctures kResolvedDays",
     "core/simulation/clinical_noise.cpp": "kTremorHz",

@@ -55,36 +55,22 @@ Dwell dwell_at(const std::vector<Vec3>& course, double offset_mm) {
 }
 
 CoursePlace nearest_place(const std::vector<Vec3>& course, const Vec3& p) {
-  CoursePlace best{0, (p - course.front()).norm()};
-  double before = 0;
-  for (std::size_t i = 1; i < course.size(); ++i) {
-    const Vec3 piece = course[i] - course[i - 1];
-    const double length = piece.norm();
-    const double t = std::clamp((p - course[i - 1]).dot(piece) / (length * length), 0.0, 1.0);
-    const double distance = (p - course[i - 1] - t * piece).norm();
-    if (distance < best.distance_mm) best = {before + t * length, distance};
-    before += length;
-  }
-  return best;
+  FollowedCourse followed(course);
+  const RigidTransform there{Mat3::Identity(), p};
+  followed.begin(there, there);
+  return {followed.at_mm(), followed.distance_mm()};
 }
 
 Vec3 course_direction(const std::vector<Vec3>& course, double offset_mm) {
-  constexpr double kHalfMm = 2;
-  return (point_along(course, offset_mm - kHalfMm).position -
-          point_along(course, offset_mm + kHalfMm).position)
-      .normalized();
+  return FollowedCourse(course).direction(offset_mm);
 }
 
 std::vector<Vec3> follow_course(const std::vector<Vec3>& course, const RigidTransform& X_WN) {
-  double length = 0;
-  for (std::size_t i = 1; i < course.size(); ++i) length += (course[i] - course[i - 1]).norm();
-  const double at = nearest_place(course, X_WN.p).offset_mm;
-  const Vec3 tip = point_along(course, at).position;
-  const Mat3 turn =
-      Eigen::Quaterniond::FromTwoVectors(course_direction(course, at), X_WN.R.col(2)).toRotationMatrix();
+  FollowedCourse followed(course);
+  followed.begin(X_WN, X_WN);
   std::vector<Vec3> points;
-  for (double s = 0; at + s <= length; s += CatheterCourse::kStepMm)
-    points.push_back(X_WN.p + turn * (point_along(course, at + s).position - tip));
+  for (double s = 0; followed.at_mm() + s <= followed.length_mm(); s += CatheterCourse::kStepMm)
+    points.push_back(followed.point(s));
   return points;
 }
 

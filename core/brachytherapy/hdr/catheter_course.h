@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/brachytherapy/hdr/hdr_plan.h"
+#include "core/needle/followed_course.h"
 
 namespace brachy {
 
@@ -14,8 +15,7 @@ namespace brachy {
 /// where their tissue is at rest (of a point outside the tissue the same). mm, world frame W.
 struct CatheterCourse {
   static constexpr double kStepMm = 2.5;
-  static constexpr double kOnCourseMm =
-      15;  ///< three holes: a needle farther from its course does not follow it
+  static constexpr double kOnCourseMm = FollowedCourse::kReachMm;
 
   std::uint32_t needle = 0;  ///< the needle's id
   std::vector<Vec3> now, rest;
@@ -37,9 +37,8 @@ CoursePlace nearest_place(const std::vector<Vec3>& course, const Vec3& p);
 /// The unit direction of a course towards its first point, of a piece of 4 mm: without the kinks at its points.
 Vec3 course_direction(const std::vector<Vec3>& course, double offset_mm);
 
-/// A catheter that follows its course: behind the tip it lies as the course does behind the place nearest to the tip,
-/// moved and turned so that tip and direction are those of X_WN. CatheterCourse's points, to the course's end; fewer
-/// than two where the tip is in front of it. A catheter whose tip goes along the course lies on it.
+/// A catheter that follows its course (FollowedCourse). CatheterCourse's points, to the course's end; fewer than two
+/// where the tip is in front of it.
 std::vector<Vec3> follow_course(const std::vector<Vec3>& course, const RigidTransform& X_WN);
 
 /// The first line of a file of catheters (catheters.csv of a session): a row for each point, catheter by catheter, in

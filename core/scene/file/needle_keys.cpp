@@ -142,6 +142,8 @@ std::vector<Key<NoiseSettings>> noise_keys() {
       number("template_play_mm", &S::template_play_mm, kLength, kRestart,
              "SD across the needle, of each insertion"),
       number("tremor_mm", &S::tremor_mm, kLength, kRestart, "SD of the hand, 8 to 12 Hz, in each direction"),
+      number("drift_mm", &S::drift_mm, kLength, kRestart,
+             "SD along all needles together: catheters drift by 1.8 between fractions"),
       number("stop_s", &S::stop_s, {0, 1}, kRestart,
              "SD of where the hand stops along the needle, over its speed"),
       number("drop_along_mm", &S::drop_along_mm, kLength, kRestart, "SD of each seed along the needle"),

@@ -103,7 +103,6 @@ TEST_F(DaemonHdr, ACatheterThatFollowsItsCourseGivesThePlansDose) {
   }
   plan.catheters = {curved};
   scene.needle.count = 1;
-  scene.contact.max_displacement_mm = 1e-3;  // contact's straight needle sweeps the tissue aside otherwise
   scene.plan_file = folder.write("curved.toml", to_toml(plan, scene.template_grid));
   RunningDaemon daemon(scene);
   Applicator device;

@@ -61,6 +61,31 @@ TEST(HdrScore, ShallowCathetersCostCoverageAndNewTimesBringSomeOfItBack) {
   EXPECT_GT(score.reoptimised[0].v100_percent, score.delivered[0].v100_percent);
 }
 
+TEST(HdrScore, WhatEachCatheterGivesIsWhatItGivesAloneAndTheSumIsTheWhole) {
+  const ShippedHdr shipped;
+  std::vector<CatheterCourse> catheters = shipped.as_planned();
+  catheters.erase(catheters.begin() + 4);
+  const HdrScore score = shipped.score(catheters);
+  EXPECT_TRUE(score.catheters[4].mean_gy.empty()) << "missing";
+  for (std::size_t s = 0; s < score.delivered.size(); ++s) {
+    double sum = 0;
+    for (const CatheterScore& c : score.catheters)
+      if (c.needle) sum += c.mean_gy.at(s);
+    EXPECT_NEAR(sum / score.delivered[s].mean_gy, 1, 1e-9) << score.delivered[s].name;
+  }
+  DoseSettings settings = shipped.scene.dose;
+  settings.prescription_gy = shipped.plan.prescription_gy;
+  ImplantDose alone(shipped.structures, settings);
+  for (const std::size_t c : {std::size_t{0}, std::size_t{7}, std::size_t{17}}) {
+    alone.clear();
+    for (const Dwell& dwell : shipped.plan.dwells_in(shipped.scene.template_grid, c))
+      alone.add(as_seed(dwell, shipped.plan.source, shipped.plan.source_strength_u));
+    const std::vector<StructureDose> doses = alone.evaluate();
+    for (std::size_t s = 0; s < doses.size(); ++s)
+      EXPECT_NEAR(score.catheters[c].mean_gy.at(s) / doses[s].mean_gy, 1, 1e-5) << c << " " << doses[s].name;
+  }
+}
+
 TEST(HdrScore, ATemplateThatIsOffByAHoleShiftsEveryCatheter) {
   const ShippedHdr shipped;
   std::vector<CatheterCourse> shifted = shipped.as_planned();

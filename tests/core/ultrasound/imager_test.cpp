@@ -55,6 +55,31 @@ TEST(UltrasoundImage, DrawsSeedsAndNeedlesWhereTheirSurfaceFacesTheProbe) {
   }
 }
 
+// A catheter that turns by 20 to 60° between the plane and its tip; a straight needle would be drawn 5 to 15 mm beside.
+TEST(UltrasoundImage, DrawsACurvedCatheterWhereItPassesThePlane) {
+  UltrasoundImager imager(bright("transverse"), std::make_shared<EchoMap>());
+  FunctionField field(kNoMotion);
+  const RigidTransform X_WI = test::probe_below() * imager.plane().in_probe();
+  for (int k = 0; k < 9; ++k) {
+    const PlanePoint centre{-8 + 2.0 * k, 30 + 1.0 * k};
+    const PlanePoint beam = imager.plane().beam(imager.plane().find(centre).line);
+    const double behind = 31 + 1.5 * k, bend = (20.0 + 5 * k) / behind * M_PI / 180;  // for each mm
+    const auto arc = [&](double s) {  // along +z in the plane, and aside from there to the tip
+      const double t = bend * (behind - s);
+      return Vec3(X_WI * Vec3(centre.a, centre.b, 0) + Vec3(1 - std::cos(t), 0, std::sin(t)) / bend);
+    };
+    NeedleState needle;
+    needle.present = true;
+    needle.X_WN.p = arc(0);
+    needle.shape.is_bent = true;
+    for (std::size_t i = 0; i < NeedleShape::kPoints; ++i)
+      needle.shape.points[i] = arc(12.5 * static_cast<double>(NeedleShape::kPoints - 1 - i));
+    ASSERT_EQ(test::render(imager, field, {&needle, 1}), ImageResult::kNew);
+    const PlanePoint surface{centre.a - 0.635 * beam.a, centre.b - 0.635 * beam.b};
+    EXPECT_LE(apart(spot_near(imager, surface, 1.5), surface), 0.2) << k;
+  }
+}
+
 TEST(UltrasoundImage, DrawsTheTipOfANeedleThatEndsInTheTransversePlane) {
   UltrasoundImager::Options options = bright("transverse");
   options.settings.elevation_mm = 0.5;  // of the shaft behind the tip little is in the slice
