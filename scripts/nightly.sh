@@ -40,6 +40,7 @@ parts=(
   'timed       scripts/campaigns/timed.sh'
   'hdr_plans   tests/apps/import/hdr_plans.py build/release/bin/brachy-import config/sources 400'
   'fractions   tests/apps/score/fraction_sessions.py build/release/bin/brachy 50'
+  'drift       tests/apps/score/drift_sessions.py build/release/bin/brachy 20'
   'teacher     scripts/campaigns/browser.sh teacher'
   'keys        scripts/campaigns/browser.sh trainee keys'
   'mouse       scripts/campaigns/browser.sh trainee mouse'

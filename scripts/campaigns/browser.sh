@@ -17,7 +17,7 @@ case "${2:-}" in
 esac
 case "${1:-}" in
   teacher) BRACHY_SESSIONS=all exec node tests/viewer/debrief.test.mjs ;;
-  trainee) BRACHY_EXERCISES=01,02,03,04,05,06,07,08,12 exec node tests/viewer/exercises.test.mjs ;;
+  trainee) BRACHY_EXERCISES=01,02,03,04,05,06,07,08,12,14 exec node tests/viewer/exercises.test.mjs ;;
   whole) BRACHY_EXERCISES=09,10,13 exec node tests/viewer/exercises.test.mjs ;;
   *) usage ;;
 esac
