@@ -28,6 +28,7 @@ except ImportError:
 
 import brachyd
 from brachyd import ControlAction, ErrorCode, Hello, Role, Subscription, unit_pose
+from brachyd.constants import ForceFlag
 from waiting import DEADLINE_S, wait_until
 
 if len(sys.argv) < 3:
@@ -261,13 +262,15 @@ class Devices(WithDaemon):
 
         def push():
             nonlocal depth, pushed
-            depth = min(depth + 0.1, 15.0)
+            depth = depth + 0.1 if depth < 15 else -60.0  # in again, where the force was gone meanwhile
             now = time.monotonic_ns()
             tip = [5, 0, depth]
             force = local.evaluate(tip, now)
             device.protocol.send_pose(unit_pose(tip), now)
             for message in device.poll(0.002):
                 if isinstance(message, brachyd.LocalModel):
+                    if message.flags & ForceFlag.LATCHED:
+                        device.arm()  # the machine was busy
                     local.take(message, message.input_stamp_ns if message.input_sequence else None, time.monotonic_ns())
             pushed = max(pushed, -force[2])
 

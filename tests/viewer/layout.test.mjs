@@ -61,7 +61,15 @@ for (const layout of ['trainee', 'trainee&exam', 'teacher', 'research'].filter((
       await page.goto(`${daemon.url}?as=${layout}`);
       await comesTrue(page, 'brachy.frames > 2 && brachy.exercise.offered.length > 0 && brachy.plan !== null');
       await page.evaluate('document.fonts.ready');
-      const note = async (where) => found.push(...(await misplaced(page)).map((text) => `${width} × ${height}, ${where}: ${text}`));
+      // Of a page whose connection holds: a busy machine may end it, and what says so lies over the page.
+      const note = async (where) => {
+        let texts;
+        do {
+          await comesTrue(page, 'document.getElementById("banner").hidden');
+          texts = await misplaced(page);
+        } while (await visible('#banner'));
+        found.push(...texts.map((text) => `${width} × ${height}, ${where}: ${text}`));
+      };
       await note('as it opens');
       // On a small screen panels are drawers.
       for (const side of ['left', 'right']) {
