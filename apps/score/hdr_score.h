@@ -23,8 +23,8 @@ struct CatheterScore {
   double mean_mm = 0,
          largest_mm = 0;  ///< distance of dwell positions from the planned ones, where the tissue is at rest
   double along_mm = 0, across_mm = 0;  ///< of tip_error, along +z and across it
-  /// What its dwells give each structure in the mean, Gy, in the order of HdrScore::delivered, whose means are the sums
-  /// over all catheters; empty: no needle lies there.
+  /// What its dwells add to each structure's mean, Gy, in the order of HdrScore::delivered, whose means are the sums
+  /// over all catheters; alone they would give the same to 0.2 %. Empty: no needle lies there.
   std::vector<double> mean_gy = {};
 };
 

@@ -73,6 +73,7 @@ TEST(HdrScore, WhatEachCatheterGivesIsWhatItGivesAloneAndTheSumIsTheWhole) {
       if (c.needle) sum += c.mean_gy.at(s);
     EXPECT_NEAR(sum / score.delivered[s].mean_gy, 1, 1e-9) << score.delivered[s].name;
   }
+  // To 0.2 %: voxels at a structure's border interpolate 1/√dose, in which doses do not add up.
   DoseSettings settings = shipped.scene.dose;
   settings.prescription_gy = shipped.plan.prescription_gy;
   ImplantDose alone(shipped.structures, settings);
@@ -82,7 +83,7 @@ TEST(HdrScore, WhatEachCatheterGivesIsWhatItGivesAloneAndTheSumIsTheWhole) {
       alone.add(as_seed(dwell, shipped.plan.source, shipped.plan.source_strength_u));
     const std::vector<StructureDose> doses = alone.evaluate();
     for (std::size_t s = 0; s < doses.size(); ++s)
-      EXPECT_NEAR(score.catheters[c].mean_gy.at(s) / doses[s].mean_gy, 1, 1e-5) << c << " " << doses[s].name;
+      EXPECT_NEAR(score.catheters[c].mean_gy.at(s) / doses[s].mean_gy, 1, 2e-3) << c << " " << doses[s].name;
   }
 }
 
