@@ -144,6 +144,23 @@ test('a press drops one seed of a train also where the picture is late', async (
   }
 });
 
+test('a train falls also where the needle is not where the hand has it', async () => {
+  const noise = '[noise]\non = true\nseed = 31\ndrift_mm = 1.8\n';  // 3.9 mm too shallow
+  const file = scene('noise', `[plan]\nfile = "${config}exercises/plans/02_one_train.toml"\n[seeds]\napplicator = "train"\n${noise}`);
+  const page = await open(await Daemon.start(file, log));
+  const {hole, depthMm} = (await page.evaluate('brachy.plan')).needles[0];
+  await typeHole(page, hole);
+  await page.locator('#take').click();
+  await comesTrue(page, 'Math.abs(brachy.depthBeyondTemplateMm - brachy.handDepthMm) > 2');
+  await page.locator('#help-button').focus();
+  while ((await page.evaluate('brachy.handDepthMm')) < depthMm) await page.keyboard.press('PageUp');
+  await comesTrue(page, `brachy.depthBeyondTemplateMm > ${depthMm} - 8`);
+  for (let seeds = 1; seeds <= 2; ++seeds) {
+    await page.locator('#drop').click();
+    await waitFor(async () => (await note(page)).startsWith(`Seed ${seeds} dropped`), () => note(page));
+  }
+});
+
 test('a seed of a magazine falls at the tip, and the needle stays', async () => {
   const page = await open(await Daemon.start(scene('single', ''), log));
   await page.locator('#take').click();

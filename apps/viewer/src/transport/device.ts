@@ -7,11 +7,13 @@ import {Socket} from './socket.js';
 
 /** Below the 120 poses per second announced in HELLO; forces expire after 50 ms without a pose. */
 const PERIOD_MS = 12;
+const MOST_SENT = 1000;  // poses that are kept: 12 s
 
 export class Device {
   /** −1 until the daemon has granted one. */
   needle = -1;
   private readonly socket: Socket;
+  private readonly sent: {sequence: number; tip: readonly number[]}[] = [];
   private timer: ReturnType<typeof setInterval> | undefined;
 
   /** `pose` returns the next pose to send, `elapsedS` after the previous one. `ended` is called once, with the reason and the code of
@@ -30,7 +32,7 @@ export class Device {
         let before = performance.now();
         this.timer = setInterval(() => {
           const now = performance.now();
-          if (this.socket.waiting === 0) this.socket.send(MessageType.Pose, encodePose(this.needle, pose((now - before) / 1000)));
+          if (this.socket.waiting === 0) this.sendPose(pose((now - before) / 1000));
           before = now;
         }, PERIOD_MS);
       },
@@ -46,7 +48,18 @@ export class Device {
     return this.socket.send(MessageType.Drop, encodeDrop(this.needle, pressed));
   }
 
+  /** Where the tip was in the last pose up to this message of the connection, mm; null: none is known. */
+  tipAt(sequence: number): readonly number[] | null {
+    return this.sent.findLast((pose) => pose.sequence <= sequence)?.tip ?? null;
+  }
+
   end(): void {
     this.socket.close('released');
+  }
+
+  private sendPose(pose: Float64Array): void {
+    const sequence = this.socket.send(MessageType.Pose, encodePose(this.needle, pose));
+    this.sent.push({sequence, tip: [3, 7, 11].map((at) => pose[at]!)});
+    if (this.sent.length > MOST_SENT) this.sent.shift();
   }
 }

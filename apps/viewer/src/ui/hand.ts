@@ -89,10 +89,10 @@ export class HandPanel {
     if (this.held) {
       const device = this.device!;
       const isOut = (): boolean => this.course.tip[2]! <= this.outsideMm;
-      this.drop.begin({press: (down) => device.press(down), canDraw: true, get isOut() { return isOut(); }}, device.needle);
+      this.drop.begin({press: (down) => device.press(down), tipAt: (sequence) => device.tipAt(sequence), canDraw: true, get isOut() { return isOut(); }}, device.needle);
     } else {
       const needle = this.shownNeedle();
-      this.drop.begin({press: (down) => (this.live.press(needle, down), 0), canDraw: false, isOut: false}, needle);
+      this.drop.begin({press: (down) => (this.live.press(needle, down), 0), tipAt: () => null, canDraw: false, isOut: false}, needle);
     }
     this.showDrop();
   }

@@ -5,8 +5,8 @@ import type {Session} from '../model/session.js';
 import {EventKind} from '../protocol/server_messages.js';
 
 const DRAW_MM_S = 10;   // back, while a seed is awaited
-// The needle is drawn so far at most beyond what the last frame shows: where frames come late, the next seed of a train, whose
-// length is 4.5 mm, must not fall before the page has seen this one.
+// The needle is drawn so far at most beyond the pose that the last frame is of: where frames come late, the next seed of a train,
+// whose length is 4.5 mm, must not fall before the page has seen this one.
 const MOST_AHEAD_MM = 1.5;
 const LATER_FRAMES = 2;  // after the first that knows of the press: a seed of a magazine is in one of them
 
@@ -14,6 +14,8 @@ const LATER_FRAMES = 2;  // after the first that knows of the press: a seed of a
 export interface Stylet {
   /** Returns the message's sequence number. */
   press(pressed: boolean): number;
+  /** Where the hand had the tip in the last pose up to that message, mm; null: not known. */
+  tipAt(sequence: number): readonly number[] | null;
   /** False: a script moves the needle, which the page only waits for. */
   readonly canDraw: boolean;
   /** Whether the tip is in front of the gland, where no seed can fall. */
@@ -83,11 +85,12 @@ export class SeedDrop {
     this.isPressed = false;
   }
 
-  /** How far the needle is to be drawn back now, mm. `tip`: to where it has been drawn. */
+  /** How far the needle is to be drawn back now, mm. `tip`: to where the hand has drawn it. */
   draw(elapsedS: number, tip: readonly number[]): number {
     if (this.phase !== 'drawing' || !this.stylet?.canDraw) return 0;
-    const shown = this.session.frame?.needles.find(({id}) => id === this.needle)?.pose;
-    const aheadMm = shown ? Math.hypot(...[3, 7, 11].map((at, axis) => shown[at]! - tip[axis]!)) : 0;
+    const used = this.forces;
+    const shown = used ? this.stylet.tipAt(used.inputSequence) : null;
+    const aheadMm = shown ? Math.hypot(...shown.map((value, axis) => value - tip[axis]!)) : 0;
     return Math.max(0, Math.min(DRAW_MM_S * elapsedS, MOST_AHEAD_MM - aheadMm));
   }
 
@@ -103,7 +106,7 @@ export class SeedDrop {
     }
     if (frame === this.frame) return;
     this.frame = frame;
-    const forces = frame?.needles.find(({id}) => id === this.needle)?.forces;
+    const {forces} = this;
     if (this.phase === 'asked') {
       if (this.stylet.canDraw && (forces ? forces.inputSequence > this.sequence : this.framesSince < 10)) this.framesSince += 1;
       if (this.framesSince > LATER_FRAMES) this.phase = 'drawing';
@@ -111,6 +114,11 @@ export class SeedDrop {
       this.letGo('The needle is out of the tissue, and no seed has fallen.');
       this.say(this.said, true);
     }
+  }
+
+  /** Of the needle, in the last frame. */
+  private get forces(): {inputSequence: number} | null | undefined {
+    return this.session.frame?.needles.find(({id}) => id === this.needle)?.forces;
   }
 
   private get fallen(): number {
