@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/brachytherapy/seeds/material_point.h"
+#include "core/needle/followed_course.h"
 
 namespace brachy {
 namespace {
@@ -12,7 +13,7 @@ namespace {
 const std::vector<Vec3>* course_of(const HdrPlan* plan, std::size_t n, const RigidTransform& X_WN) {
   if (!plan || n >= plan->catheters.size() || !plan->catheters[n].has_course()) return nullptr;
   const std::vector<Vec3>& course = plan->catheters[n].course;
-  return nearest_place(course, X_WN.p).distance_mm <= CatheterCourse::kOnCourseMm ? &course : nullptr;
+  return nearest_place(course, X_WN.p).distance_mm <= FollowedCourse::kReachMm ? &course : nullptr;
 }
 
 /// From the tip to the template's plane.

@@ -5,6 +5,7 @@
 #include <cassert>
 
 #include "core/base/number_csv.h"
+#include "core/needle/followed_course.h"
 
 namespace brachy {
 namespace {

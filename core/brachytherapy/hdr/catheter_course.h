@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "core/brachytherapy/hdr/hdr_plan.h"
-#include "core/needle/followed_course.h"
 
 namespace brachy {
 
@@ -15,7 +14,6 @@ namespace brachy {
 /// where their tissue is at rest (of a point outside the tissue the same). mm, world frame W.
 struct CatheterCourse {
   static constexpr double kStepMm = 2.5;
-  static constexpr double kOnCourseMm = FollowedCourse::kReachMm;
 
   std::uint32_t needle = 0;  ///< the needle's id
   std::vector<Vec3> now, rest;
